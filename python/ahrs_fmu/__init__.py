@@ -1,0 +1,1 @@
+"""Attitude estimators as FMI co-simulation components."""

@@ -1,0 +1,55 @@
+"""The exceptions of the package.
+
+Everything raised on purpose derives from `AhrsError` and from the built-in exception it
+resembles, so that a program can catch either::
+
+    AhrsError
+     ├── DescriptorError  (ValueError)    a model's TOML is wrong
+     ├── ParameterError   (ValueError)    a parameter's name or value is refused
+     ├── RecordError      (ValueError)    a recording cannot be used
+     ├── DesignError      (ValueError)    gains or noise levels make no sense
+     ├── ScenarioError    (ValueError)    a scenario or a co-simulation file is wrong
+     ├── MissingExtraError (ImportError)  an optional dependency is not installed
+     ├── BuildError       (RuntimeError)  compiling or packaging failed
+     └── FmuError         (RuntimeError)  an FMU refused a call
+
+The message is one line that names the thing, the value, the limit and the way out.
+"""
+
+from __future__ import annotations
+
+
+class AhrsError(Exception):
+    """Base of every exception the package raises on purpose."""
+
+
+class DescriptorError(AhrsError, ValueError):
+    """A model's descriptor breaks the rules of `ahrs_fmu.descriptors`."""
+
+
+class ParameterError(AhrsError, ValueError):
+    """A parameter's name is unknown or its value is outside its limits."""
+
+
+class RecordError(AhrsError, ValueError):
+    """A recording is incomplete, in the wrong unit or not in time order."""
+
+
+class DesignError(AhrsError, ValueError):
+    """Gains, noise densities or frequencies are outside what a design can use."""
+
+
+class ScenarioError(AhrsError, ValueError):
+    """A scenario, a sensor or a co-simulation file is wrong."""
+
+
+class MissingExtraError(AhrsError, ImportError):
+    """An optional dependency is needed and not installed."""
+
+
+class BuildError(AhrsError, RuntimeError):
+    """Compiling or packaging failed."""
+
+
+class FmuError(AhrsError, RuntimeError):
+    """An FMU refused a call."""

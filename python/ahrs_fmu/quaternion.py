@@ -1,0 +1,136 @@
+"""Quaternion algebra over any leading batch dimensions.
+
+A quaternion is an array (..., 4), Hamilton product, scalar first. As an attitude it turns body
+vectors into navigation vectors, ``v_n = q v_b q*`` (docs/algorithms.md section 1).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+IDENTITY: Array = np.array([1.0, 0.0, 0.0, 0.0])
+IDENTITY.flags.writeable = False
+
+
+def _array(x: ArrayLike) -> Array:
+    return np.asarray(x, dtype=np.float64)
+
+
+def multiply(p: ArrayLike, q: ArrayLike) -> Array:
+    """Hamilton product p ⊗ q, shapes (..., 4) broadcast against each other."""
+    p, q = _array(p), _array(q)
+    pw, px, py, pz = np.moveaxis(p, -1, 0)
+    qw, qx, qy, qz = np.moveaxis(q, -1, 0)
+    return np.stack(
+        (
+            pw * qw - px * qx - py * qy - pz * qz,
+            pw * qx + px * qw + py * qz - pz * qy,
+            pw * qy - px * qz + py * qw + pz * qx,
+            pw * qz + px * qy - py * qx + pz * qw,
+        ),
+        axis=-1,
+    )
+
+
+def conjugate(q: ArrayLike) -> Array:
+    """Conjugate (..., 4): the inverse rotation of a unit quaternion."""
+    return _array(q) * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def normalise(q: ArrayLike) -> Array:
+    """Scale (..., 4) to unit length."""
+    q = _array(q)
+    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+def exp(v: ArrayLike) -> Array:
+    """Quaternion (..., 4) of the rotation vector (..., 3) in radians."""
+    v = _array(v)
+    angle = np.linalg.norm(v, axis=-1, keepdims=True)
+    small = angle < 1e-4
+    safe = np.where(small, 1.0, angle)
+    factor = np.where(small, 0.5 - angle**2 / 48.0, np.sin(0.5 * safe) / safe)
+    return np.concatenate((np.cos(0.5 * angle), factor * v), axis=-1)
+
+
+def log(q: ArrayLike) -> Array:
+    """Shortest rotation vector (..., 3) in radians of the unit quaternion (..., 4)."""
+    q = _array(q)
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    small = sine < 1e-8
+    safe = np.where(small, 1.0, sine)
+    factor = np.where(
+        small, 2.0 / np.where(small, q[..., :1], 1.0), 2.0 * np.arctan2(safe, q[..., :1]) / safe
+    )
+    return factor * q[..., 1:]
+
+
+def rotate(q: ArrayLike, v: ArrayLike) -> Array:
+    """Turn body vectors (..., 3) into navigation vectors: q v q*."""
+    q, v = _array(q), _array(v)
+    t = 2.0 * np.cross(q[..., 1:], v)
+    return v + q[..., :1] * t + np.cross(q[..., 1:], t)
+
+
+def to_matrix(q: ArrayLike) -> Array:
+    """Rotation matrix C_nb (..., 3, 3) with ``v_n = C v_b``."""
+    w, x, y, z = np.moveaxis(_array(q), -1, 0)
+    return np.stack(
+        (
+            np.stack((w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)), axis=-1),
+            np.stack((2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)), axis=-1),
+            np.stack((2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z), axis=-1),
+        ),
+        axis=-2,
+    )
+
+
+def from_matrix(c: ArrayLike) -> Array:
+    """Quaternion (..., 4) of the rotation matrix C_nb (..., 3, 3), with w >= 0.
+
+    Takes the largest of the four components as the pivot, so that no division is by a small number.
+    """
+    c = _array(c)
+    m00, m11, m22 = c[..., 0, 0], c[..., 1, 1], c[..., 2, 2]
+    a, b, d = c[..., 2, 1], c[..., 1, 2], c[..., 0, 2]
+    e, f, h = c[..., 2, 0], c[..., 1, 0], c[..., 0, 1]
+    candidates = np.stack(
+        (
+            np.stack((1 + m00 + m11 + m22, a - b, d - e, f - h), axis=-1),
+            np.stack((a - b, 1 + m00 - m11 - m22, h + f, d + e), axis=-1),
+            np.stack((d - e, h + f, 1 - m00 + m11 - m22, a + b), axis=-1),
+            np.stack((f - h, d + e, a + b, 1 - m00 - m11 + m22), axis=-1),
+        ),
+        axis=-2,
+    )
+    pivot = np.argmax(np.diagonal(candidates, axis1=-2, axis2=-1), axis=-1)
+    q = normalise(np.take_along_axis(candidates, pivot[..., None, None], axis=-2)[..., 0, :])
+    return np.where(q[..., :1] < 0.0, -q, q)
+
+
+def to_euler(q: ArrayLike) -> Array:
+    """Roll, pitch, yaw (..., 3) in radians, z-y-x order."""
+    w, x, y, z = np.moveaxis(_array(q), -1, 0)
+    roll = np.arctan2(2 * (w * x + y * z), w * w - x * x - y * y + z * z)
+    pitch = np.arcsin(np.clip(2 * (w * y - x * z), -1.0, 1.0))
+    yaw = np.arctan2(2 * (x * y + w * z), w * w + x * x - y * y - z * z)
+    return np.stack((roll, pitch, yaw), axis=-1)
+
+
+def from_euler(euler: ArrayLike) -> Array:
+    """Quaternion (..., 4) of roll, pitch, yaw (..., 3) in radians, z-y-x order."""
+    half = 0.5 * _array(euler)
+    (cr, cp, cy), (sr, sp, sy) = np.moveaxis(np.cos(half), -1, 0), np.moveaxis(np.sin(half), -1, 0)
+    return np.stack(
+        (
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ),
+        axis=-1,
+    )
