@@ -68,9 +68,9 @@ typedef struct {
 
 static void write_log(const fmu_component *c, log_category category, fmu_status status, const char *text) {
     if ((c->log & 1U << category) != 0 && c->logger.callback != NULL) {
-        fmu_why line;
-        (void)snprintf(line.text, sizeof line.text, "%s: %s", c->function, text);
-        c->logger.write(&c->logger, c->name, status, CATEGORIES[category], line.text);
+        char line[FMU_WHY_SIZE + 64];
+        (void)snprintf(line, sizeof line, "%s: %s", c->function, text);
+        c->logger.write(&c->logger, c->name, status, CATEGORIES[category], line);
     }
 }
 
@@ -311,8 +311,11 @@ static void describe(const fmu_component *c, const fmu_limit *limit, char *text,
     text[0] = '\0';
     for (uint32_t i = 0; i < limit->n_vrs && used < size; i++) {
         const fmu_variable *v = find(c->model, limit->vrs[i]);
-        const int n = snprintf(text + used, size - used, "%s%s = %.9g", i > 0 ? ", " : "", v->name, peek(c, v, 0));
-        used += n > 0 ? (size_t)n : 0;
+        for (uint32_t k = 0; k < v->size && used < size; k++) {
+            const char *start = i == 0 && k == 0 ? "" : ", ";
+            const int n = snprintf(text + used, size - used, "%s%s = %.9g", start, v->name, peek(c, v, k));
+            used += n > 0 ? (size_t)n : 0;
+        }
     }
 }
 
