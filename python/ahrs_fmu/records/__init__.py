@@ -1,0 +1,5 @@
+"""Recordings of an inertial measurement unit: in memory and in files."""
+
+from ahrs_fmu.records.record import Record
+
+__all__ = ["Record"]
