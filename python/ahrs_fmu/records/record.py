@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ahrs_fmu import frames
 from ahrs_fmu.errors import RecordError
@@ -17,12 +18,23 @@ BoolArray = NDArray[np.bool_]
 MIN_SAMPLES = 2
 
 
-def _absent() -> FloatArray:
-    return np.full(3, np.nan)
+class TimeFault(NamedTuple):
+    """The first row whose time cannot be used, and why."""
+
+    row: int
+    reason: str
 
 
-def _always() -> BoolArray:
-    return np.ones(1, dtype=np.bool_)
+def time_fault(time: FloatArray) -> TimeFault | None:
+    """Find the first row of time (N,) that is not finite or not after the row before it."""
+    lost = np.flatnonzero(~np.isfinite(time))
+    back = np.flatnonzero(np.diff(time) <= 0.0) + 1
+    if lost.size and not (back.size and back[0] < lost[0]):
+        return TimeFault(int(lost[0]), f"time is {time[lost[0]]}; it must be finite")
+    if back.size:
+        row = int(back[0])
+        return TimeFault(row, f"time must increase, but {time[row]:.9g} s comes after {time[row - 1]:.9g} s")
+    return None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,7 +43,7 @@ class Record:
 
     Row k holds the mean angular rate over (t_{k-1}, t_k] and the specific force and field at t_k.
     NaN in a sensor is data: the sensor said nothing in that row. The arrays are copied and locked.
-    A single row given for `mag`, `accel_valid`, `mag_valid` or `evaluate` stands for all rows.
+    `mag` left out or empty is a record without magnetometer; flags left out or empty are true.
 
     Attributes
     ----------
@@ -63,10 +75,10 @@ class Record:
     time: FloatArray
     gyro: FloatArray
     accel: FloatArray
-    mag: FloatArray = field(default_factory=_absent)
+    mag: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
     frame: Frame = Frame.NED
-    accel_valid: BoolArray = field(default_factory=_always)
-    mag_valid: BoolArray = field(default_factory=_always)
+    accel_valid: BoolArray = field(default_factory=lambda: np.empty(0, dtype=np.bool_))
+    mag_valid: BoolArray = field(default_factory=lambda: np.empty(0, dtype=np.bool_))
     q_true: FloatArray | None = None
     evaluate: BoolArray | None = None
     name: str = "record"
@@ -74,43 +86,26 @@ class Record:
     def __post_init__(self) -> None:
         time = np.asarray(self.time, dtype=np.float64)
         if time.ndim != 1 or time.size < MIN_SAMPLES:
-            raise RecordError(
-                f"{self.name}: time has shape {time.shape}; a record needs (N,) with N >= {MIN_SAMPLES}"
-            )
+            raise RecordError(f"time has shape {time.shape}; a record needs (N,) with N >= {MIN_SAMPLES}")
+        fault = time_fault(time)
+        if fault:
+            raise RecordError(f"row {fault.row}: {fault.reason}")
         n = time.size
-        self._lock("time", time, (n,), np.float64)
-        for sensor in ("gyro", "accel", "mag"):
-            self._lock(sensor, getattr(self, sensor), (n, 3), np.float64)
+        self._lock("time", time)
+        for sensor in ("gyro", "accel"):
+            self._lock(sensor, _shaped(sensor, getattr(self, sensor), (n, 3), np.float64))
+        self._lock("mag", _shaped("mag", _or_fill(self.mag, (n, 3), np.nan), (n, 3), np.float64))
         for flag in ("accel_valid", "mag_valid"):
-            self._lock(flag, getattr(self, flag), (n,), np.bool_)
+            self._lock(flag, _shaped(flag, _or_fill(getattr(self, flag), (n,), True), (n,), np.bool_))
         if self.q_true is not None:
-            self._lock("q_true", self.q_true, (n, 4), np.float64)
+            self._lock("q_true", _shaped("q_true", self.q_true, (n, 4), np.float64))
         if self.evaluate is not None:
-            self._lock("evaluate", self.evaluate, (n,), np.bool_)
-        self._check_time()
+            self._lock("evaluate", _shaped("evaluate", self.evaluate, (n,), np.bool_))
 
-    def _lock(self, name: str, value: object, shape: tuple[int, ...], dtype: type[np.generic]) -> None:
-        given = np.asarray(value, dtype=dtype)
-        try:
-            array = np.array(np.broadcast_to(given, shape), order="C")
-        except ValueError:
-            raise RecordError(f"{self.name}: {name} has shape {given.shape}; expected {shape}") from None
+    def _lock(self, name: str, value: NDArray[np.generic]) -> None:
+        array = np.array(value, order="C")
         array.flags.writeable = False
         object.__setattr__(self, name, array)
-
-    def _check_time(self) -> None:
-        lost = np.flatnonzero(~np.isfinite(self.time))
-        if lost.size:
-            raise RecordError(
-                f"{self.name}: time of row {lost[0]} is {self.time[lost[0]]}; it must be finite"
-            )
-        back = np.flatnonzero(np.diff(self.time) <= 0.0)
-        if back.size:
-            row = int(back[0]) + 1
-            raise RecordError(
-                f"{self.name}: time must increase, but row {row} has {self.time[row]:.9g} s"
-                f" after {self.time[row - 1]:.9g} s"
-            )
 
     def __len__(self) -> int:
         return int(self.time.size)
@@ -155,3 +150,16 @@ class Record:
             mag=frames.body_vector(self.mag, self.frame, frame),
             q_true=None if self.q_true is None else frames.attitude(self.q_true, self.frame, frame),
         )
+
+
+def _shaped(
+    name: str, value: ArrayLike, shape: tuple[int, ...], dtype: type[np.generic]
+) -> NDArray[np.generic]:
+    array = np.asarray(value, dtype=dtype)
+    if array.shape != shape:
+        raise RecordError(f"{name} has shape {array.shape}; expected {shape}")
+    return array
+
+
+def _or_fill(value: ArrayLike, shape: tuple[int, ...], fill: float | bool) -> ArrayLike:
+    return np.full(shape, fill) if np.size(value) == 0 else value
