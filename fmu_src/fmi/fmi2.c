@@ -4,6 +4,8 @@
 #include "component.h"
 #include "fmi2Functions.h"
 
+extern const fmu_model FMU_MODEL;
+
 #define REALS (1U << FMU_REAL)
 #define INTEGERS (1U << FMU_INTEGER | 1U << FMU_ENUMERATION)
 #define BOOLEANS (1U << FMU_BOOLEAN)

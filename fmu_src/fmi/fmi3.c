@@ -4,6 +4,8 @@
 #include "component.h"
 #include "fmi3Functions.h"
 
+extern const fmu_model FMU_MODEL;
+
 /* ---------------------------------------------------------------- log */
 
 static void write_message(const fmu_logger *logger, const char *instance_name, fmu_status status,
