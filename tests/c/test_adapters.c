@@ -9,6 +9,7 @@
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
 #include "fmu_config.h"
+#include "test_core.h"
 
 /* The engine under test wraps the real one. */
 #define fmu_the_engine core_engine
@@ -391,6 +392,110 @@ static void log_lines_of_fmi_2_are_formats(void) {
     fmi2FreeInstance(c);
 }
 
+static void values_are_refused_by_name(void) {
+    fmi3Instance c = create_3();
+    const uint32_t kp = KP, frame = FRAME, valid = ACCEL_VALID, gyro = GYRO, q = Q, time = 0, period = SAMPLE_TIME;
+    const uint32_t taus = MOTION_TIME_CONSTANT;
+    double real = NAN, three[3] = {1, 2, 3}, four[4];
+    int64_t item = 1;
+    bool flag = false;
+    CHECK(refused(fmi3SetFloat64(c, &kp, 1, &real, 1), "kp = nan is outside [0, 1000]") ||
+          refused(FMU_ERROR, "kp = -nan is outside [0, 1000]"));
+    real = 0;
+    CHECK(refused(fmi3SetFloat64(c, &taus, 1, &real, 1), "motion_time_constant = 0 is outside (0"));
+    CHECK(refused(fmi3SetFloat64(c, &gyro, 1, three, 2), "the variables have 3 values, 2 given"));
+    CHECK(refused(fmi3SetFloat64(c, &q, 1, four, 4), "q is computed"));
+    CHECK(refused(fmi3GetFloat64(c, &q, 1, four, 4), "before initialisation"));
+    CHECK(fmi3SetInt64(c, &frame, 1, &item, 1) == fmi3OK && fmi3GetInt64(c, &frame, 1, &item, 1) == fmi3OK);
+    CHECK(fmi3SetBoolean(c, &valid, 1, &flag, 1) == fmi3OK && fmi3GetBoolean(c, &valid, 1, &flag, 1) == fmi3OK);
+    CHECK(item == 1 && !flag);
+    real = 150;
+    CHECK(fmi3SetFloat64(c, &kp, 1, &real, 1) == fmi3OK);
+    CHECK(fmi3EnterInitializationMode(c, false, 0, 2, false, 0) == fmi3OK);
+    CHECK(refused(fmi3GetFloat64(c, &q, 1, four, 4), "kp*sample_time < 1"));
+    CHECK(refused(fmi3ExitInitializationMode(c), "kp = 150, sample_time = 0.01"));
+    real = 0.4;
+    CHECK(fmi3SetFloat64(c, &kp, 1, &real, 1) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(c) == fmi3OK);
+    CHECK(refused(fmi3SetFloat64(c, &period, 1, &real, 1), "sample_time is fixed"));
+    CHECK(fmi3GetFloat64(c, &period, 1, &real, 1) == fmi3OK && real == 0.01);
+    CHECK(fmi3GetFloat64(c, &time, 1, &real, 1) == fmi3OK && real == 2);
+    fmi3FreeInstance(c);
+}
+
+static void steps_are_refused_when_they_make_no_sense(void) {
+    fmi2Component c = create_2();
+    initialise(c);
+    set_sensors(c, 0);
+    CHECK(refused(fmi2DoStep(c, NAN, 0.01, fmi2True), "finite"));
+    CHECK(refused(fmi2DoStep(c, 0, -0.01, fmi2True), "not negative"));
+    CHECK(refused(fmi2DoStep(c, 0.1, 0.01, fmi2True), "the one before ended"));
+    CHECK(refused(fmi2DoStep(c, 0, 2e9, fmi2True), "1e+09"));
+    CHECK(refused(fmi2DoStep(c, 0, 1e8, fmi2True), "take shorter steps"));
+    CHECK(refused(fmi2EnterInitializationMode(c), "once initialisation has ended"));
+    double time = -1;
+    int ended = 1;
+    CHECK(fmi2DoStep(c, 0, 0.01, fmi2True) == fmi2OK);
+    CHECK(fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &time) == fmi2OK && time == 0.01);
+    CHECK(fmi2GetBooleanStatus(c, fmi2Terminated, &ended) == fmi2OK && ended == fmi2False);
+    set_real(c, KP, 500);
+    CHECK(refused(fmi2DoStep(c, 0.01, 0.01, fmi2True), "kp*sample_time < 1"));
+    CHECK(get_real(c, KP) == 0.5);
+    set_real(c, KP, 1.5);
+    CHECK(fmi2DoStep(c, 0.01, 0.01, fmi2True) == fmi2OK);
+    CHECK(get_real(c, KP) == 1.5);
+    fmi2FreeInstance(c);
+}
+
+static void states_of_others_are_refused(void) {
+    fmi2Component c = create_2();
+    initialise(c);
+    fmi2FMUstate state = NULL;
+    size_t size = 0;
+    static char bytes[4096], changed[4096];
+    CHECK(fmi2GetFMUstate(c, &state) == fmi2OK);
+    CHECK(fmi2SerializedFMUstateSize(c, state, &size) == fmi2OK);
+    CHECK(refused(fmi2SerializeFMUstate(c, state, bytes, size - 1), "there is room for"));
+    CHECK(fmi2SerializeFMUstate(c, state, bytes, size) == fmi2OK);
+    static const struct {
+        size_t at;
+        const char *says;
+    } CHANGES[] = {{0, "no state"}, {8, "no state"}, {16, "truncated"}, {24, "another model"}, {56, "another model"},
+                   {300, "damaged"}};
+    for (size_t i = 0; i < sizeof CHANGES / sizeof CHANGES[0]; i++) {
+        memcpy(changed, bytes, size);
+        changed[CHANGES[i].at] ^= 4;
+        fmi2FMUstate other = NULL;
+        CHECK(refused(fmi2DeSerializeFMUstate(c, changed, size, &other), CHANGES[i].says));
+        CHECK(other == NULL);
+        other = changed;
+        CHECK(fmi2SetFMUstate(c, other) == fmi2Error);
+        CHECK(fmi2FreeFMUstate(c, &other) == fmi2Error);
+        CHECK(fmi2GetFMUstate(c, &other) == fmi2Error);
+        CHECK(fmi2DeSerializeFMUstate(c, bytes, size, &other) == fmi2Error);
+    }
+    CHECK(fmi2FreeFMUstate(c, &state) == fmi2OK && fmi2FreeFMUstate(c, &state) == fmi2OK);
+    fmi2FreeInstance(c);
+    CHECK(outstanding == 0);
+}
+
+static void categories_choose_what_is_logged(void) {
+    fmi3Instance c = create_3();
+    const char *const events = "logEvents", *const all = "logAll";
+    bool flag[3];
+    double end;
+    CHECK(fmi3SetDebugLogging(c, true, 1, &events) == fmi3OK);
+    int before = last.lines;
+    CHECK(fmi3DoStep(c, 0, 1, true, flag, flag, flag, &end) == fmi3Error && last.lines == before);
+    CHECK(fmi3EnterInitializationMode(c, false, 0, 0, false, 0) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(c) == fmi3OK && last.lines == before + 1);
+    CHECK(fmi3SetDebugLogging(c, true, 1, &all) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(c) == fmi3Error && last.lines == before + 2);
+    CHECK(fmi3SetDebugLogging(c, false, 0, NULL) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(c) == fmi3Error && last.lines == before + 2);
+    fmi3FreeInstance(c);
+}
+
 /* Every setting of the filter over good and bad samples, for what the sanitizers and the coverage see. */
 static void all_settings_run(void) {
     static const double TIMES[] = {1.0, INFINITY};
@@ -632,7 +737,12 @@ static void states_go_through_bytes_in_fmi_3(void) {
 }
 
 int main(void) {
+    test_core();
     instances_are_refused_with_a_reason();
+    values_are_refused_by_name();
+    steps_are_refused_when_they_make_no_sense();
+    states_of_others_are_refused();
+    categories_choose_what_is_logged();
     every_failed_allocation_is_survived();
     no_memory_is_taken_inside_a_step();
     two_thousand_instances_come_and_go();
