@@ -98,7 +98,7 @@ class Fmu:
         self.version = int(str(self.description.fmiVersion).partition(".")[0])
         if self.version not in _ACCESS or self.description.coSimulation is None:
             raise FmuError(
-                f"{self.path.name}: is FMI {self.description.fmiVersion}; needed is co-simulation of 2.0 or 3.0"
+                f"{self.path.name}: is FMI {self.description.fmiVersion}; only 2.0 and 3.0 co-simulation runs"
             )
         self.variables = {v.name: v for v in _gathered(self.description, self.version)}
         self._folder = TemporaryDirectory(prefix="ahrs-fmu-", ignore_cleanup_errors=True)

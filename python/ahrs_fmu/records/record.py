@@ -124,7 +124,7 @@ class Record:
 
     @property
     def steps(self) -> FloatArray:
-        """Time since the row before (N,), s, 0 in the first row; free of rounding when the rows are regular."""
+        """Time since the row before (N,), s: 0 in the first, the same in all others of a regular record."""
         steps = np.full(len(self), self.sample_time) if self.is_regular else np.diff(self.time, prepend=0.0)
         steps[0] = 0.0
         return steps
