@@ -14,7 +14,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
 from ahrs_fmu.errors import BuildError
-from ahrs_fmu.export.binaries import Binary, read_binaries
+from ahrs_fmu.export.shared_library import Binary, read_binaries
 
 _FOLDERS = {
     2: {
