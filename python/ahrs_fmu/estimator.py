@@ -12,7 +12,8 @@ from ahrs_fmu.descriptors import Descriptor
 from ahrs_fmu.errors import ParameterError
 from ahrs_fmu.estimate import COMMON_OUTPUTS, Estimate, EstimateResult, Status
 from ahrs_fmu.frames import Frame
-from ahrs_fmu.native import NativeModel, Precision
+from ahrs_fmu.host_library import Precision
+from ahrs_fmu.native import NativeModel
 from ahrs_fmu.records import Record
 
 
