@@ -14,6 +14,7 @@ from typing import Any, Self
 
 import fmpy
 import numpy as np
+from fmpy import fmi2, fmi3
 from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ModelDescription, ModelVariable
 from numpy.typing import ArrayLike, NDArray
@@ -328,17 +329,23 @@ class FmuStepper:
             if status >= _FIRST_BAD_STATUS:
                 self._log.append(message.decode("utf-8", errors="replace"))
 
+        slave = fmi2.FMU2Slave if self.fmu.version == 2 else fmi3.FMU3Slave
         try:
-            return fmpy.instantiate_fmu(
-                self.fmu.folder,
-                self.fmu.description,
-                fmi_type="CoSimulation",
-                debug_logging=True,
-                logger=log,
+            instance = slave(
+                guid=self.fmu.description.guid,
+                modelIdentifier=self.fmu.description.coSimulation.modelIdentifier,
+                unzipDirectory=self.fmu.folder,
+                instanceName=self.fmu.description.modelName,
             )
+            if self.fmu.version == 2:
+                # FMPy's own way of passing a logger keeps one for the whole process, which outlives ours.
+                instance.instantiate(callbacks=_callbacks(log), loggingOn=True)
+            else:
+                instance.instantiate(logMessage=log, loggingOn=True)
         # FMPy raises bare exceptions here.
         except Exception as error:
             raise self._error(str(error)) from None
+        return instance
 
     def _call(self, function: Callable[..., Any], *args: Any) -> Any:
         try:
@@ -460,6 +467,15 @@ def replay_record(
     }
     inputs = {name: column for name, column in columns.items() if name in stepper.inputs}
     return stepper.run(record.steps, inputs, list(stepper.outputs), progress)
+
+
+def _callbacks(log: Callable[..., None]) -> Any:
+    """Callbacks of FMI 2; what an FMU passes to `log` beyond the format of a message is not seen."""
+    callbacks = fmi2.fmi2CallbackFunctions()
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+    callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+    callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+    return callbacks
 
 
 def _gathered(description: ModelDescription, version: int) -> list[_Variable]:
