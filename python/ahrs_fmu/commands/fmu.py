@@ -51,10 +51,10 @@ def validate(fmus: Annotated[list[Path], typer.Argument(metavar="FMU", help="The
 
 def _print_variables(held: FmuInfo, causality: str) -> None:
     variables = [v for v in held.variables if v.causality == causality]
-    if not variables:
-        return
-    shown = terminal.table([causality, "type", "unit", "start", "limits", "changes", "meaning"])
+    if variables:
+        terminal.OUT.print(f"\n{causality}s")
     for v in variables:
-        shown.add_row(v.name, v.type, v.unit, v.start, v.limits, v.variability, v.description)
-    terminal.OUT.print()
-    terminal.OUT.print(shown, soft_wrap=False)
+        value = " ".join(part for part in (v.start, v.unit) if part)
+        facts = [value, v.limits, v.variability if causality == "parameter" else ""]
+        terminal.OUT.print(f"  {v.name}: {', '.join(fact for fact in facts if fact)}")
+        terminal.OUT.print(f"      {v.description}")

@@ -27,7 +27,6 @@ class VariableInfo:
     name: str
     causality: str
     variability: str
-    type: str
     unit: str
     start: str
     limits: str
@@ -97,17 +96,16 @@ def _variable(v: Any) -> VariableInfo:
     declared = v.declaredType
     unit = v.unit or (declared.unit if declared is not None else None) or ""
     display = v.displayUnit or (declared.displayUnit if declared is not None else None)
-    shape = "".join(f"[{d.start}]" for d in v.dimensions)
+    shape = f" ({', '.join(str(d.start) for d in v.dimensions)})" if v.dimensions else ""
     choices = ", ".join(item.name for item in declared.items) if declared is not None else ""
     limits = " to ".join(text for text in (v.min, v.max) if text is not None)
     return VariableInfo(
-        name=v.name,
+        name=f"{v.name}{shape}",
         causality=v.causality or "",
         variability=v.variability or "",
-        type=f"{v.type}{shape}",
-        unit=f"{unit} ({display})" if display else unit,
+        unit=f"{unit} (shown in {display})" if display else unit,
         start=_start(v),
-        limits=choices or limits,
+        limits=f"one of {choices}" if choices else limits,
         description=v.description or "",
     )
 
