@@ -25,6 +25,7 @@ typedef double ahrs_real;
 #endif
 
 #define AHRS_PI AHRS_C(3.14159265358979323846)
+#define AHRS_INFINITY ((ahrs_real)INFINITY)
 
 static inline ahrs_real ahrs_abs(ahrs_real x) { return x < 0 ? -x : x; }
 static inline ahrs_real ahrs_min(ahrs_real x, ahrs_real y) { return x < y ? x : y; }

@@ -118,7 +118,9 @@ static inline ahrs_quat ahrs_quat_from_mat3(ahrs_mat3 c) {
 static inline ahrs_vec3 ahrs_quat_to_euler(ahrs_quat q) {
     const ahrs_vec3 down = ahrs_quat_down(q);
     const ahrs_real north_x = q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z;
-    return (ahrs_vec3){ahrs_atan2(down.y, down.z), -ahrs_asin(down.x),
+    /* The arc tangent keeps its accuracy at 90 deg of pitch, where the arc sine loses half of the digits. */
+    const ahrs_real level = ahrs_sqrt(down.y * down.y + down.z * down.z);
+    return (ahrs_vec3){ahrs_atan2(down.y, down.z), ahrs_atan2(-down.x, level),
                        ahrs_atan2(2 * (q.x * q.y + q.w * q.z), north_x)};
 }
 

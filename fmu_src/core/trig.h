@@ -97,12 +97,6 @@ static inline ahrs_real ahrs_atan2(ahrs_real y, ahrs_real x) {
     return y < 0 ? -angle : angle;
 }
 
-/* x is clamped to [-1, 1]. */
-static inline ahrs_real ahrs_asin(ahrs_real x) {
-    const ahrs_real s = ahrs_clamp(x, -1, 1);
-    return ahrs_atan2(s, ahrs_sqrt((1 - s) * (1 + s)));
-}
-
 /* exp(-x) for x >= 0, infinity included. */
 static inline ahrs_real ahrs_exp_decay(ahrs_real x) {
     if (!(x < 80)) {

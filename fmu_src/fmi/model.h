@@ -57,7 +57,7 @@ typedef struct {
     void (*defaults)(void *instance); /* parameters and inputs to their start values */
     void (*init)(void *instance);     /* state and outputs as before the first sample */
     void (*update)(void *instance, ahrs_real dt);
-    void (*outputs)(void *instance);
+    void (*compute_outputs)(void *instance);
 } fmu_model;
 
 #endif
