@@ -131,7 +131,8 @@ def _draw_errors(panels: Sequence[Axes], record: Record, error: AttitudeError) -
         values = np.degrees(getattr(error, name))
         panel.plot(*_thinned(record.time - record.time[0], values), color=colour)
         panel.set_ylabel(f"{name}\nerror [deg]")
-        panel.set_ylim(bottom=0.0)
+        # Room at the top keeps the number off the curve.
+        panel.set_ylim(0.0, max(1.25 * float(np.nanmax(values)), 1e-3))
         panel.annotate(
             f"RMS {rms[name]:.2f}°",
             (1.0, 1.0),

@@ -131,11 +131,13 @@ def _to_record(raw: RawRecording, name: str, frame: Frame | str | None, units: M
         evaluate=si["evaluate"] != 0.0 if "evaluate" in si else None,
         name=raw.name or name,
     )
-    plausibility.check_units(record, frozenset(units))
-    if declared is None:
-        record = replace(record, frame=plausibility.detect_frame(record))
-    plausibility.check_gravity_sign(record)
-    _check_length_of_truth(record)
+    # Absurdly large numbers overflow on the way to being refused.
+    with np.errstate(over="ignore", invalid="ignore"):
+        plausibility.check_units(record, frozenset(units))
+        if declared is None:
+            record = replace(record, frame=plausibility.detect_frame(record))
+        plausibility.check_gravity_sign(record)
+        _check_length_of_truth(record)
     return record
 
 

@@ -23,9 +23,7 @@ def read(path: Path) -> RawRecording:
         It is damaged, or an array in it holds Python objects.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            if not isinstance(file, np.lib.npyio.NpzFile):
-                raise RecordError("is not an NPZ file")
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
             held = {name: file[name] for name in file.files}
     except (
         OSError,

@@ -27,16 +27,17 @@ def read(path: Path) -> RawRecording:
     parquet = extras.require("pyarrow.parquet", "records", "reading Parquet")
     try:
         table = parquet.read_table(path)
-    except (OSError, arrow.ArrowException) as error:
-        raise RecordError(f"is not a readable Parquet file: {str(error).splitlines()[0]}") from None
+        names = table.column_names
+        metadata = table.schema.metadata or {}
+        frame, title = (metadata[key].decode() if key in metadata else None for key in (b"frame", b"name"))
+    except (OSError, ValueError, arrow.ArrowException) as error:
+        raise RecordError(f"is not a readable Parquet file: {_first_line(error)}") from None
     columns: dict[str, NDArray[np.generic]] = {}
-    for name, column in zip(table.column_names, table.columns, strict=True):
+    for name, column in zip(names, table.columns, strict=True):
         if name in columns:
             raise RecordError(f"column {name} appears twice")
         columns[name] = np.asarray(column.to_numpy())
-    metadata = table.schema.metadata or {}
-    frame, title = metadata.get(b"frame"), metadata.get(b"name")
-    return RawRecording(from_columns(columns), frame and frame.decode(), title and title.decode())
+    return RawRecording(from_columns(columns), frame, title)
 
 
 def write(record: Record, path: Path) -> None:
@@ -52,3 +53,7 @@ def write(record: Record, path: Path) -> None:
     table = arrow.table({name: np.ascontiguousarray(c) for name, c in to_columns(record).items()})
     metadata = {"frame": record.frame.value, "name": record.name}
     parquet.write_table(table.replace_schema_metadata(metadata), path)
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0]
