@@ -81,7 +81,8 @@ def cache_folder() -> Path:
     return folder
 
 
-def _environment() -> dict[str, str]:
+def environment() -> dict[str, str]:
+    """Environment for the compiler: its cache is kept between builds."""
     zig = cache_folder() / "zig"
     return {"ZIG_GLOBAL_CACHE_DIR": str(zig), "ZIG_LOCAL_CACHE_DIR": str(zig), **os.environ}
 
@@ -152,7 +153,7 @@ def compile_library(
 def _compiler(folder: Path, what: str, platform: str, arguments: Sequence[str]) -> None:
     """Run the compiler inside `folder`, so that no path of this machine gets into what it makes."""
     command = [sys.executable, "-m", "ziglang", "cc", *arguments]
-    done = subprocess.run(command, cwd=folder, env=_environment(), capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=folder, env=environment(), capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise BuildError(f"compiling {what} for {platform} failed:\n{done.stderr.strip()}")
 
