@@ -83,7 +83,7 @@ static void log_3(fmi3InstanceEnvironment environment, fmi3Status status, fmi3St
     keep((int)status, category, message);
 }
 
-static bool refused(int status, const char *word) {
+static bool refused(int64_t status, const char *word) {
     return status == FMU_ERROR && last.status == FMU_ERROR && strcmp(last.category, "logStatusError") == 0 &&
            strstr(last.message, word) != NULL;
 }

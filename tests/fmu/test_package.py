@@ -140,11 +140,10 @@ def test_fmus_for_all_platforms_stay_small_and_export_the_standard(fmi: str, tmp
             assert all(glibc(v) <= (2, 17) for v in symbols.versions)
 
 
-@pytest.mark.parametrize("fmi", ["2", "3"])
-def test_sources_have_no_variables_that_can_change(fmi: str, tmp_path: Path) -> None:
+def test_sources_have_no_variables_that_can_change(tmp_path: Path) -> None:
     if not toolchain.host_platform().endswith("linux"):
         pytest.skip("reads ELF objects")
-    for name, text in source_files(Variant(GCF, fmi)).items():
+    for name, text in (source_files(Variant(GCF, "2")) | source_files(Variant(GCF, "3"))).items():
         (tmp_path / name).write_text(text)
     for source in sorted(tmp_path.glob("*.c")):
         command = [sys.executable, "-m", "ziglang", "cc", "-c", "-O2", "-fPIC", "-fno-sanitize=undefined"]
@@ -156,7 +155,7 @@ def test_sources_have_no_variables_that_can_change(fmi: str, tmp_path: Path) -> 
             assert not (changeable and size), f"{source.name} has {size} bytes in {section}"
 
 
-@pytest.mark.parametrize("fmi", VARIANTS)
+@pytest.mark.parametrize("fmi", ["2", "3"])
 def test_fmpy_rebuilds_the_fmu_from_its_sources_with_the_same_outputs(
     fmi: str,
     fmu_file: FmuFile,
