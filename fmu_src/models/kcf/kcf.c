@@ -796,12 +796,13 @@ static void turn_heading(ahrs_kcf_state *s) {
 static void step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z, ahrs_real turn_time) {
     integrate(s, z, turn_time);
     detect_rest(s, z);
-    const ahrs_real done = s->block_time + AHRS_C(0.5) * z->dt;
-    if (done >= p->slow_period) {
+    const ahrs_real half_step = AHRS_C(0.5) * z->dt;
+    if (s->block_time + half_step >= p->slow_period) {
         run_phases(s, p, PHASES);
         begin_slow_step(s, p, z);
     }
-    run_phases(s, p, p->spread ? (int32_t)((ahrs_real)PHASES * done / p->slow_period) : PHASES);
+    const ahrs_real done = (s->block_time + half_step) / p->slow_period;
+    run_phases(s, p, p->spread ? (int32_t)((ahrs_real)PHASES * done) : PHASES);
     ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, s->misfit > p->jump_threshold);
     ahrs_set_condition(&s->common, AHRS_IMPLAUSIBLE, implausible(s));
 }
