@@ -17,6 +17,12 @@ enum {
     AHRS_KCF_PROFILE_CUSTOM = 2, /* accel_time_constant says */
 };
 
+/* What a gyroscope sample stands for */
+enum {
+    AHRS_KCF_GYRO_SAMPLING_MEAN = 0, /* the mean rate over the sample interval, as integrating gyroscopes give it */
+    AHRS_KCF_GYRO_SAMPLING_INSTANT = 1, /* the rate at the moment of the sample, as decimated recordings have it; matters below 100 Hz */
+};
+
 typedef struct {
     ahrs_estimator_params common;
     ahrs_real accel_time_constant; /* Time constant of the specific force in the inertial frame, used when profile is custom [s] */
@@ -48,6 +54,8 @@ typedef struct {
     int32_t profile; /* What carries the sensor (enumeration profile) */
     int32_t use_mag; /* False: six axes only, the heading is integrated from the gyroscope */
     int32_t spread; /* Spread the slow step over the samples until the next one, so that no sample costs much more than another; its result comes one slow period later */
+    int32_t gyro_sampling; /* What a gyroscope sample stands for, used with refine (enumeration gyro_sampling) */
+    int32_t refine; /* Correct the averaged tilt for what has since been learned of the gyroscope, join rate samples to second order, let both hypotheses share one field until the body has turned; false: the plain equations, for comparison */
 } ahrs_kcf_params;
 
 typedef ahrs_estimator_inputs ahrs_kcf_inputs;
@@ -81,6 +89,8 @@ typedef struct {
     ahrs_real sum_sens[36]; /* Integral of the sensitivity of the rate in the inertial frame to bias and scale, row by row [s] */
     ahrs_real sum_rate2; /* Integral of the squared rate [rad2/s] */
     ahrs_real blind; /* Time for which the gyroscope has been held [s] */
+    ahrs_real rate[3]; /* Rate of the sample before [rad/s] */
+    ahrs_real lag[2]; /* Lag of the averaged force behind the vertical, about the horizontal axes of the level frame [rad] */
     ahrs_real mag[3]; /* Last usable magnetometer sample [T] */
     ahrs_real mag_q[4]; /* q_int at that sample [1] */
     ahrs_real mag_rate[3]; /* Rate at that sample [rad/s] */

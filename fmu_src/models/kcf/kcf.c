@@ -33,12 +33,14 @@ static const ahrs_real REST_ACCEL = AHRS_C(0.5);                                
 
 static const ahrs_real IRON_VARIANCE_MAX = AHRS_C(4.0); /* of the field: nothing more is unknown than that */
 static const ahrs_real IRON_MAX = AHRS_C(10.0), SCALE_MAX = AHRS_C(0.2), LATENCY_MAX = AHRS_C(0.1);
+static const ahrs_real LAG_MAX = AHRS_C(0.3); /* rad */
 static const ahrs_real MISFIT_MAX = AHRS_C(1e4);
 static const ahrs_real MAG_TIME_MAX = AHRS_C(0.2); /* s: rarer samples count as single ones */
 
 /* Learning rate of the uncalibrated hypothesis: independent views of the field per second, at rest and per radian. */
 static const ahrs_real VIEWS_AT_REST = AHRS_C(0.02), VIEW_ANGLE = AHRS_C(0.5), VIEWS_MAX = AHRS_C(1.0);
 static const ahrs_real HEADING_LOST = AHRS_C(1.0); /* rad2: the heading after a time without a rate */
+static const ahrs_real TURNED = AHRS_C(6e-4); /* squared difference of rotation matrices: 1 deg */
 static const ahrs_real EVIDENCE_DECIDES = AHRS_C(2980.9579870417283); /* odds of e^8 */
 
 static ahrs_real tau_accel(const ahrs_kcf_params *p) {
@@ -133,11 +135,25 @@ static ahrs_vec3 gyro_error(const ahrs_kcf_state *s, ahrs_vec3 gyro) {
 
 /* ---- every sample ---- */
 
+/* Rotation vector over one sample, to second order in the change of the rate: Bortz' equation between two means, or
+ * between two momentary rates on a straight line. */
+static ahrs_vec3 rotation(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 rate, ahrs_real T) {
+    const ahrs_vec3 before = ahrs_vec3_of(s->rate);
+    ahrs_vec3_to(s->rate, rate);
+    if (!p->refine || !(T > 0)) {
+        return ahrs_vec3_scale(rate, T);
+    }
+    const ahrs_vec3 coning = ahrs_vec3_scale(ahrs_vec3_cross(before, rate), T * T / 12);
+    const bool instant = p->gyro_sampling == AHRS_KCF_GYRO_SAMPLING_INSTANT;
+    const ahrs_vec3 mean = instant ? ahrs_vec3_scale(ahrs_vec3_add(before, rate), AHRS_C(0.5)) : rate;
+    return ahrs_vec3_add_scaled(coning, T, mean);
+}
+
 /* Integrates the rate and the sums that the slow step needs. */
-static void integrate(ahrs_kcf_state *s, const ahrs_sample *z, ahrs_real turn_time) {
+static void integrate(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z, ahrs_real turn_time) {
     const ahrs_real T = z->dt;
     const ahrs_vec3 g = z->rate, c = gyro_error(s, g), w = ahrs_vec3_sub(g, c);
-    const ahrs_vec3 angle = ahrs_vec3_scale(w, turn_time);
+    const ahrs_vec3 angle = rotation(s, p, w, turn_time);
     const ahrs_quat q = ahrs_quat_refine(ahrs_quat_mul(ahrs_quat_of(s->q_int), ahrs_quat_exp(angle)));
     ahrs_quat_to(s->q_int, q);
     ahrs_vec3_to(s->turn, ahrs_vec3_add(ahrs_vec3_of(s->turn), angle));
@@ -292,6 +308,25 @@ static void follow_sensitivities(ahrs_kcf_state *s, low_pass f, ahrs_real invers
     }
 }
 
+/* The averaged force lags behind the vertical by the drift since; what has been learned of the gyroscope meanwhile
+ * tells how far (docs/accuracy.md). */
+static void find_lag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    for (int i = 0; i < 2; i++) {
+        const ahrs_real *level = &s->sens_level[SENS * i];
+        ahrs_real lag = -level[G];
+        for (int k = 0; k < G; k++) {
+            lag += level[k] * s->x[GYRO + k];
+        }
+        s->lag[i] = p->refine ? ahrs_clamp(lag, -LAG_MAX, LAG_MAX) : 0;
+    }
+}
+
+/* Inertial frame to level frame, the lag made good. */
+static ahrs_quat tilt(const ahrs_kcf_state *s) {
+    const ahrs_quat lag = {1, AHRS_C(-0.5) * s->lag[0], AHRS_C(-0.5) * s->lag[1], 0};
+    return ahrs_quat_unit(ahrs_quat_mul(lag, ahrs_quat_of(s->q_tilt)));
+}
+
 static ahrs_real drift_row(const ahrs_kcf_state *s, int i, ahrs_real tilt_rate) {
     const ahrs_real *sens = &s->sens_slope[SENS * i];
     ahrs_real y = tilt_rate + sens[G];
@@ -357,6 +392,7 @@ static void begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const a
     const low_pass f = growing_low_pass(tau, s->tilt_age, T, force);
     const ahrs_vec3 e = level(s, f);
     follow_sensitivities(s, f, 1 / T);
+    find_lag(s, p);
 
     s->job &= MAG_FRESH | SEEN_FORCE | SEEN_MAG;
     s->job_time = T;
@@ -378,7 +414,7 @@ static void begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const a
             s->job |= JOB_MAG_FIRST;
         }
         ahrs_vec3_to(s->job_mag, ahrs_vec3_scale(m, s->mag_scale));
-        ahrs_quat_to(s->job_q, ahrs_quat_mul(ahrs_quat_of(s->q_tilt), ahrs_quat_of(s->mag_q)));
+        ahrs_quat_to(s->job_q, ahrs_quat_mul(tilt(s), ahrs_quat_of(s->mag_q)));
         memcpy(s->job_rate, s->mag_rate, sizeof s->job_rate);
         s->job_mag_time = ahrs_min(s->mag_time, ahrs_max(MAG_TIME_MAX, T));
         s->mag_time = 0;
@@ -677,9 +713,12 @@ static void clamp_all(ahrs_real *x, int n, ahrs_real limit) {
 }
 
 /* Half the angle that turns the horizontal field north. */
-static void find_north(ahrs_kcf_state *s) {
-    const ahrs_real p = s->question == QUESTION_OPEN ? s->alt_probability : 0;
-    const ahrs_real x = (1 - p) * s->x[0] + p * s->alt_x[0], y = (1 - p) * s->x[1] + p * s->alt_x[1];
+static void find_north(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    /* Before the body has turned, the hypotheses differ in nothing but the noise of their first samples. */
+    const bool same = p->refine && rotation_difference(s->job_q, s->alt_q) < TURNED;
+    const ahrs_real other = s->question == QUESTION_OPEN && !same ? s->alt_probability : 0;
+    const ahrs_real x = (1 - other) * s->x[0] + other * s->alt_x[0];
+    const ahrs_real y = (1 - other) * s->x[1] + other * s->alt_x[1];
     const ahrs_real norm = ahrs_sqrt(x * x + y * y);
     if (!(norm > 0)) {
         return;
@@ -716,7 +755,7 @@ static void apply(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
 static void conclude(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     weigh_evidence(s, p);
     if (s->job & JOB_MAG) {
-        find_north(s);
+        find_north(s, p);
     }
 }
 
@@ -745,7 +784,7 @@ static void run_phases(ahrs_kcf_state *s, const ahrs_kcf_params *p, int32_t unti
 /* ---- seam ---- */
 
 static ahrs_quat free_attitude(const ahrs_kcf_state *s) {
-    return ahrs_quat_mul(ahrs_quat_of(s->q_tilt), ahrs_quat_of(s->q_int));
+    return ahrs_quat_mul(tilt(s), ahrs_quat_of(s->q_int));
 }
 
 static ahrs_quat attitude(const ahrs_kcf_state *s) {
@@ -794,7 +833,7 @@ static void turn_heading(ahrs_kcf_state *s) {
 }
 
 static void step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z, ahrs_real turn_time) {
-    integrate(s, z, turn_time);
+    integrate(s, p, z, turn_time);
     detect_rest(s, z);
     const ahrs_real half_step = AHRS_C(0.5) * z->dt;
     if (s->block_time + half_step >= p->slow_period) {

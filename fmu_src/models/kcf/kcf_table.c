@@ -61,6 +61,8 @@ static const fmu_variable variables[] = {
     {"slow_period", 1004, 1, offsetof(instance, params.slow_period), FMU_REAL, FMU_FIXED, 0, 0.005, 0.5},
     {"uncalibrated_odds", 1005, 1, offsetof(instance, params.uncalibrated_odds), FMU_REAL, FMU_FIXED, 0, 0.0, 1000.0},
     {"uncalibrated_std", 1006, 1, offsetof(instance, params.uncalibrated_std), FMU_REAL, FMU_FIXED, 0, 0.001, 10.0},
+    {"gyro_sampling", 1007, 1, offsetof(instance, params.gyro_sampling), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"refine", 1008, 1, offsetof(instance, params.refine), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
     {"bias_std", 1010, 1, offsetof(instance, params.bias_std), FMU_REAL, FMU_FIXED, 0, 0.0, 1.0},
     {"bias_forget_time", 1011, 1, offsetof(instance, params.bias_forget_time), FMU_REAL, FMU_FIXED, 0, 1.0, 1000000.0},
     {"bias_limit", 1012, 1, offsetof(instance, params.bias_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
@@ -132,6 +134,8 @@ void ahrs_kcf_defaults(ahrs_kcf_params *p, ahrs_kcf_inputs *u) {
     p->slow_period = AHRS_C(0.05);
     p->uncalibrated_odds = AHRS_C(0.3329);
     p->uncalibrated_std = AHRS_C(0.2);
+    p->gyro_sampling = 0;
+    p->refine = 1;
     p->bias_std = AHRS_C(0.017453292519943295);
     p->bias_forget_time = AHRS_C(100.0);
     p->bias_limit = AHRS_C(0.03490658503988659);
