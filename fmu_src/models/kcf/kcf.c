@@ -15,7 +15,7 @@ enum { SENS = G + 1 };
 enum { JOB_REST = 1, JOB_DRIFT = 2, JOB_MAG = 4, JOB_MAG_FIRST = 8 };
 
 /* Flags that outlive a sample. */
-enum { MAG_FRESH = 16, SEEN_FORCE = 32, SEEN_MAG = 64 };
+enum { MAG_FRESH = 16, SEEN_FORCE = 32, SEEN_MAG = 64, REALIGN = 128 };
 
 enum { QUESTION_NEW, QUESTION_OPEN, QUESTION_ANSWERED };
 
@@ -33,13 +33,14 @@ static const ahrs_real REST_ACCEL = AHRS_C(0.5);                                
 
 static const ahrs_real IRON_VARIANCE_MAX = AHRS_C(4.0); /* of the field: nothing more is unknown than that */
 static const ahrs_real IRON_MAX = AHRS_C(10.0), SCALE_MAX = AHRS_C(0.2), LATENCY_MAX = AHRS_C(0.1);
+static const ahrs_real SENSE_POWER = AHRS_C(0.5), SENSE_OPPOSED = AHRS_C(0.3), SENSE_GRAVITY = AHRS_C(0.85);
 static const ahrs_real LAG_MAX = AHRS_C(0.3); /* rad */
 static const ahrs_real MISFIT_MAX = AHRS_C(1e4);
 static const ahrs_real MAG_TIME_MAX = AHRS_C(0.2); /* s: rarer samples count as single ones */
 
 /* Learning rate of the uncalibrated hypothesis: independent views of the field per second, at rest and per radian. */
 static const ahrs_real VIEWS_AT_REST = AHRS_C(0.02), VIEW_ANGLE = AHRS_C(0.5), VIEWS_MAX = AHRS_C(1.0);
-static const ahrs_real HEADING_LOST = AHRS_C(1.0); /* rad2: the heading after a time without a rate */
+static const ahrs_real LOST = AHRS_C(0.03); /* rad2: an attitude less certain than 10 deg begins anew */
 static const ahrs_real TURNED = AHRS_C(6e-4); /* squared difference of rotation matrices: 1 deg */
 static const ahrs_real EVIDENCE_DECIDES = AHRS_C(2980.9579870417283); /* odds of e^8 */
 
@@ -376,13 +377,20 @@ static void compare_all_senses(ahrs_kcf_state *s, const ahrs_sample *z, ahrs_rea
     s->job = mag ? s->job | SEEN_MAG : s->job & ~SEEN_MAG;
 }
 
-static bool implausible(const ahrs_kcf_state *s) {
-    for (int i = 0; i < 6; i++) {
-        if (s->sense_power[i] > AHRS_C(0.5) && s->sense[i] < AHRS_C(-0.3) * s->sense_power[i]) {
-            return true;
-        }
+static bool opposes(const ahrs_real *sense, const ahrs_real *power) {
+    bool found = false;
+    for (int i = 0; i < 3; i++) {
+        found = found || (power[i] > SENSE_POWER && sense[i] < -SENSE_OPPOSED * power[i]);
     }
-    return false;
+    return found;
+}
+
+/* Field and gyroscope turn in opposite senses, or force and gyroscope do and the averaged force is no gravity either:
+ * accelerations alone can oppose the rotation for a while, but they average out. */
+static bool implausible(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    const ahrs_real least = SENSE_GRAVITY * p->common.gravity;
+    return opposes(s->sense + 3, s->sense_power + 3) ||
+           (opposes(s->sense, s->sense_power) && ahrs_vec3_norm2(ahrs_vec3_of(s->tilt_force)) < least * least);
 }
 
 static void begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z) {
@@ -394,7 +402,7 @@ static void begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const a
     follow_sensitivities(s, f, 1 / T);
     find_lag(s, p);
 
-    s->job &= MAG_FRESH | SEEN_FORCE | SEEN_MAG;
+    s->job &= MAG_FRESH | SEEN_FORCE | SEEN_MAG | REALIGN;
     s->job_time = T;
     s->job_rate2 = s->sum_rate2 / T;
     if (at_rest(s)) {
@@ -518,6 +526,16 @@ static ahrs_real rotation_difference(const ahrs_real q[4], const ahrs_real r[4])
     return 8 * ahrs_max(1 - c * c, 0);
 }
 
+/* Turns the field in the level frame to where it is seen now: the heading had been lost. */
+static void align(ahrs_real *field, ahrs_vec3 seen) {
+    const ahrs_real have2 = field[0] * field[0] + field[1] * field[1], want2 = seen.x * seen.x + seen.y * seen.y;
+    if (want2 > 0) {
+        const ahrs_real k = ahrs_sqrt(have2 / want2);
+        field[0] = k * seen.x;
+        field[1] = k * seen.y;
+    }
+}
+
 /* Innovation of the magnetometer, its noise, and how far field and hard iron may have changed with it. */
 static void expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real T = s->job_mag_time;
@@ -525,6 +543,11 @@ static void expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_vec3 field = level_field(s, &R, iron(s));
     if (s->job & JOB_MAG_FIRST) {
         ahrs_vec3_to(s->x + FIELD, field);
+    }
+    if (s->job & REALIGN) {
+        align(s->x, field);
+        align(s->alt_x, level_field(s, &R, ahrs_vec3_of(s->alt_x + IRON)));
+        s->job &= ~REALIGN;
     }
     const ahrs_vec3 nu = ahrs_vec3_sub(field, ahrs_vec3_of(s->x + FIELD));
     ahrs_vec3_to(s->job_nu, nu);
@@ -791,22 +814,32 @@ static ahrs_quat attitude(const ahrs_kcf_state *s) {
     return ahrs_quat_mul((ahrs_quat){s->heading[0], 0, 0, s->heading[1]}, free_attitude(s));
 }
 
-/* After a time without a rate the rotation is not known: the average of the force begins anew, the heading is open. */
+/* The rotation since is not known: the average of the force begins anew, the field is sought where it is now. */
 static void restart_tilt(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     run_phases(s, p, PHASES);
     clear_block(s);
     memset(s->tilt_slope, 0, sizeof s->tilt_slope);
     memset(s->sens_level, 0, sizeof s->sens_level);
     memset(s->sens_slope, 0, sizeof s->sens_slope);
+    memset(s->lag, 0, sizeof s->lag);
     memset(s->rest_one, 0, sizeof s->rest_one);
     memset(s->rest_two, 0, sizeof s->rest_two);
-    s->job &= ~(MAG_FRESH | SEEN_FORCE | SEEN_MAG);
+    s->job = REALIGN;
     s->tilt_age = 0;
     s->rest_age = 0;
     s->rest_count = 0;
     s->rest_time = 0;
-    turn_field(s->cov, s->x, HEADING_LOST);
-    turn_field(s->alt_cov, s->alt_x, HEADING_LOST);
+}
+
+/* What a time without a rate, at the mean squared rate before, costs: some certainty of the heading, or the attitude. */
+static void account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_real blind) {
+    const ahrs_real lost = blind * blind * s->job_rate2;
+    const bool all = blind > AHRS_LONGEST_STEP || lost > LOST;
+    if (all) {
+        restart_tilt(s, p);
+    }
+    turn_field(s->cov, s->x, all ? 1 : lost);
+    turn_field(s->alt_cov, s->alt_x, all ? 1 : lost);
 }
 
 static void start(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
@@ -843,7 +876,7 @@ static void step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample 
     const ahrs_real done = (s->block_time + half_step) / p->slow_period;
     run_phases(s, p, p->spread ? (int32_t)((ahrs_real)PHASES * done) : PHASES);
     ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, s->misfit > p->jump_threshold);
-    ahrs_set_condition(&s->common, AHRS_IMPLAUSIBLE, implausible(s));
+    ahrs_set_condition(&s->common, AHRS_IMPLAUSIBLE, implausible(s, p));
 }
 
 void ahrs_kcf_init(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
@@ -872,10 +905,11 @@ void ahrs_kcf_update(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_kcf
     case AHRS_RUN:
         break;
     }
-    if (z.dt > AHRS_LONGEST_STEP || (s->blind > AHRS_LONGEST_STEP && !ahrs_condition(&s->common, AHRS_GYRO_HELD))) {
-        restart_tilt(s, p);
+    const bool held = ahrs_condition(&s->common, AHRS_GYRO_HELD);
+    if (z.dt > AHRS_LONGEST_STEP || (s->blind > 0 && !held)) {
+        account_for_blindness(s, p, ahrs_max(s->blind, z.dt));
     }
-    s->blind = ahrs_condition(&s->common, AHRS_GYRO_HELD) ? s->blind + z.dt : 0;
+    s->blind = held ? s->blind + z.dt : 0;
     step(s, p, &z, z.dt);
     ahrs_estimator_end(&s->common, &p->common, &z, attitude(s));
 }
@@ -904,5 +938,5 @@ void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_kc
     y->uncalibrated = s->alt_probability;
     y->at_rest = at_rest(s);
     y->mag_disturbed = s->misfit > p->jump_threshold;
-    y->implausible = implausible(s);
+    y->implausible = implausible(s, p);
 }
