@@ -81,6 +81,8 @@ typedef struct {
     ahrs_real cov[190]; /* Covariance of x, lower triangle row by row [1] */
     ahrs_real q_int[4]; /* Integrated gyroscope: body to inertial frame [1] */
     ahrs_real q_tilt[4]; /* Inertial frame to level frame of free heading [1] */
+    ahrs_real q_level[4]; /* q_tilt with the lag of the averaged force made good [1] */
+    ahrs_real q_north[4]; /* Inertial frame to magnetic north-east-down: heading and q_level [1] */
     ahrs_real heading[2]; /* Cosine and sine of half the angle from the level frame to magnetic north [1] */
     ahrs_real block_time; /* Time since the last slow step [s] */
     ahrs_real force_time; /* Of which with a usable accelerometer [s] */
@@ -90,7 +92,6 @@ typedef struct {
     ahrs_real sum_rate2; /* Integral of the squared rate [rad2/s] */
     ahrs_real blind; /* Time for which the gyroscope has been held [s] */
     ahrs_real rate[3]; /* Rate of the sample before [rad/s] */
-    ahrs_real lag[2]; /* Lag of the averaged force behind the vertical, about the horizontal axes of the level frame [rad] */
     ahrs_real mag[3]; /* Last usable magnetometer sample [T] */
     ahrs_real mag_q[4]; /* q_int at that sample [1] */
     ahrs_real mag_rate[3]; /* Rate at that sample [rad/s] */

@@ -15,7 +15,7 @@ enum { SENS = G + 1 };
 enum { JOB_REST = 1, JOB_DRIFT = 2, JOB_MAG = 4, JOB_MAG_FIRST = 8 };
 
 /* Flags that outlive a sample. */
-enum { MAG_FRESH = 16, SEEN_FORCE = 32, SEEN_MAG = 64, REALIGN = 128 };
+enum { MAG_FRESH = 16, SEEN_FORCE = 32, SEEN_MAG = 64, REALIGN = 128, FIRST_KEPT = 256 };
 
 enum { QUESTION_NEW, QUESTION_OPEN, QUESTION_ANSWERED };
 
@@ -309,23 +309,26 @@ static void follow_sensitivities(ahrs_kcf_state *s, low_pass f, ahrs_real invers
     }
 }
 
-/* The averaged force lags behind the vertical by the drift since; what has been learned of the gyroscope meanwhile
- * tells how far (docs/accuracy.md). */
-static void find_lag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
-    for (int i = 0; i < 2; i++) {
-        const ahrs_real *level = &s->sens_level[SENS * i];
-        ahrs_real lag = -level[G];
-        for (int k = 0; k < G; k++) {
-            lag += level[k] * s->x[GYRO + k];
-        }
-        s->lag[i] = p->refine ? ahrs_clamp(lag, -LAG_MAX, LAG_MAX) : 0;
-    }
+static void face_north(ahrs_kcf_state *s) {
+    const ahrs_quat heading = {s->heading[0], 0, 0, s->heading[1]};
+    ahrs_quat_to(s->q_north, ahrs_quat_mul(heading, ahrs_quat_of(s->q_level)));
 }
 
-/* Inertial frame to level frame, the lag made good. */
-static ahrs_quat tilt(const ahrs_kcf_state *s) {
-    const ahrs_quat lag = {1, AHRS_C(-0.5) * s->lag[0], AHRS_C(-0.5) * s->lag[1], 0};
-    return ahrs_quat_unit(ahrs_quat_mul(lag, ahrs_quat_of(s->q_tilt)));
+/* The averaged force lags behind the vertical by the drift since; what has been learned of the gyroscope meanwhile
+ * tells how far (docs/accuracy.md). */
+static void make_good_lag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    ahrs_real lag[2];
+    for (int i = 0; i < 2; i++) {
+        const ahrs_real *level = &s->sens_level[SENS * i];
+        lag[i] = -level[G];
+        for (int k = 0; k < G; k++) {
+            lag[i] += level[k] * s->x[GYRO + k];
+        }
+        lag[i] = p->refine ? AHRS_C(-0.5) * ahrs_clamp(lag[i], -LAG_MAX, LAG_MAX) : 0;
+    }
+    const ahrs_quat turn = ahrs_quat_unit((ahrs_quat){1, lag[0], lag[1], 0});
+    ahrs_quat_to(s->q_level, ahrs_quat_mul(turn, ahrs_quat_of(s->q_tilt)));
+    face_north(s);
 }
 
 static ahrs_real drift_row(const ahrs_kcf_state *s, int i, ahrs_real tilt_rate) {
@@ -400,7 +403,7 @@ static void begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const a
     const low_pass f = growing_low_pass(tau, s->tilt_age, T, force);
     const ahrs_vec3 e = level(s, f);
     follow_sensitivities(s, f, 1 / T);
-    find_lag(s, p);
+    make_good_lag(s, p);
 
     s->job &= MAG_FRESH | SEEN_FORCE | SEEN_MAG | REALIGN;
     s->job_time = T;
@@ -422,7 +425,7 @@ static void begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const a
             s->job |= JOB_MAG_FIRST;
         }
         ahrs_vec3_to(s->job_mag, ahrs_vec3_scale(m, s->mag_scale));
-        ahrs_quat_to(s->job_q, ahrs_quat_mul(tilt(s), ahrs_quat_of(s->mag_q)));
+        ahrs_quat_to(s->job_q, ahrs_quat_mul(ahrs_quat_of(s->q_level), ahrs_quat_of(s->mag_q)));
         memcpy(s->job_rate, s->mag_rate, sizeof s->job_rate);
         s->job_mag_time = ahrs_min(s->mag_time, ahrs_max(MAG_TIME_MAX, T));
         s->mag_time = 0;
@@ -755,6 +758,7 @@ static void find_north(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         s->heading[1] = sine < 0 ? -half : half;
         s->heading[0] = AHRS_C(0.5) * sine / s->heading[1];
     }
+    face_north(s);
 }
 
 static void apply(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
@@ -806,14 +810,6 @@ static void run_phases(ahrs_kcf_state *s, const ahrs_kcf_params *p, int32_t unti
 
 /* ---- seam ---- */
 
-static ahrs_quat free_attitude(const ahrs_kcf_state *s) {
-    return ahrs_quat_mul(tilt(s), ahrs_quat_of(s->q_int));
-}
-
-static ahrs_quat attitude(const ahrs_kcf_state *s) {
-    return ahrs_quat_mul((ahrs_quat){s->heading[0], 0, 0, s->heading[1]}, free_attitude(s));
-}
-
 /* The rotation since is not known: the average of the force begins anew, the field is sought where it is now. */
 static void restart_tilt(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     run_phases(s, p, PHASES);
@@ -821,7 +817,6 @@ static void restart_tilt(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     memset(s->tilt_slope, 0, sizeof s->tilt_slope);
     memset(s->sens_level, 0, sizeof s->sens_level);
     memset(s->sens_slope, 0, sizeof s->sens_slope);
-    memset(s->lag, 0, sizeof s->lag);
     memset(s->rest_one, 0, sizeof s->rest_one);
     memset(s->rest_two, 0, sizeof s->rest_two);
     s->job = REALIGN;
@@ -842,26 +837,43 @@ static void account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *p, a
     turn_field(s->alt_cov, s->alt_x, all ? 1 : lost);
 }
 
-static void start(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+/* The first sample is kept until the second tells the interval it stands for. */
+static void start(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z) {
     const ahrs_estimator_state common = s->common;
     ahrs_kcf_init(s, p);
     s->common = common;
     memcpy(s->q_tilt, common.q, sizeof s->q_tilt);
+    memcpy(s->q_level, common.q, sizeof s->q_level);
+    face_north(s);
     if (p->common.initialisation == AHRS_INITIALISATION_GIVEN) {
         const ahrs_vec3 down = ahrs_quat_down(ahrs_quat_of(common.q));
         ahrs_vec3_to(s->tilt_force, ahrs_vec3_scale(down, p->common.gravity));
         s->tilt_age = tau_accel(p);
     }
+    ahrs_vec3_to(s->rate, z->rate);
+    ahrs_vec3_to(s->seen, z->force);
+    ahrs_vec3_to(s->mag, z->mag);
+    s->job = FIRST_KEPT | (z->force_usable ? SEEN_FORCE : 0) | (z->mag_usable ? MAG_FRESH : 0);
+}
+
+static ahrs_sample take_first(ahrs_kcf_state *s, ahrs_real dt) {
+    const bool force = s->job & SEEN_FORCE, mag = s->job & MAG_FRESH;
+    s->job = 0;
+    return (ahrs_sample){.rate = ahrs_vec3_of(s->rate), .force = ahrs_vec3_of(s->seen), .accel = ahrs_vec3_of(s->seen),
+                         .mag = ahrs_vec3_of(s->mag), .force_usable = force, .accel_usable = force,
+                         .mag_usable = mag, .dt = dt, .gain_dt = dt};
 }
 
 /* Takes over a heading that the common state has turned. */
 static void turn_heading(ahrs_kcf_state *s) {
-    const ahrs_quat d = ahrs_quat_mul(ahrs_quat_of(s->common.q), ahrs_quat_conj(free_attitude(s)));
+    const ahrs_quat level_attitude = ahrs_quat_mul(ahrs_quat_of(s->q_level), ahrs_quat_of(s->q_int));
+    const ahrs_quat d = ahrs_quat_mul(ahrs_quat_of(s->common.q), ahrs_quat_conj(level_attitude));
     const ahrs_real norm2 = d.w * d.w + d.z * d.z;
     if (norm2 > 0) {
         const ahrs_real k = 1 / ahrs_sqrt(norm2);
         s->heading[0] = k * d.w;
         s->heading[1] = k * d.z;
+        face_north(s);
     }
 }
 
@@ -880,7 +892,7 @@ static void step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample 
 }
 
 void ahrs_kcf_init(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
-    *s = (ahrs_kcf_state){.q_int = {1, 0, 0, 0}, .q_tilt = {1, 0, 0, 0}, .heading = {1, 0}};
+    *s = (ahrs_kcf_state){.q_int = {1, 0, 0, 0}, .q_tilt = {1, 0, 0, 0}, .q_level = {1, 0, 0, 0}, .q_north = {1, 0, 0, 0}, .heading = {1, 0}};
     s->phase = PHASES;
     s->misfit = 1;
     reset_covariance(s, p);
@@ -893,11 +905,7 @@ void ahrs_kcf_update(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_kcf
     case AHRS_WAIT:
         return;
     case AHRS_START:
-        start(s, p);
-        z.dt = p->common.sample_time;
-        z.accel = z.force;
-        z.accel_usable = z.force_usable;
-        step(s, p, &z, 0);
+        start(s, p, &z);
         return;
     case AHRS_TURN:
         turn_heading(s);
@@ -905,13 +913,17 @@ void ahrs_kcf_update(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_kcf
     case AHRS_RUN:
         break;
     }
+    if (s->job & FIRST_KEPT) {
+        const ahrs_sample first = take_first(s, ahrs_min(z.dt, p->slow_period));
+        step(s, p, &first, 0);
+    }
     const bool held = ahrs_condition(&s->common, AHRS_GYRO_HELD);
     if (z.dt > AHRS_LONGEST_STEP || (s->blind > 0 && !held)) {
         account_for_blindness(s, p, ahrs_max(s->blind, z.dt));
     }
     s->blind = held ? s->blind + z.dt : 0;
     step(s, p, &z, z.dt);
-    ahrs_estimator_end(&s->common, &p->common, &z, attitude(s));
+    ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_mul(ahrs_quat_of(s->q_north), ahrs_quat_of(s->q_int)));
 }
 
 void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_kcf_outputs_t *y) {
