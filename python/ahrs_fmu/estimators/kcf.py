@@ -1,7 +1,7 @@
 """Kalman-calibrated complementary filter (docs/accuracy.md), the readable twin of fmu_src/models/kcf/kcf.c.
 
-The level frame is z down with a free heading; the magnetometer counts in the norm of its first sample. Every run of
-a batch has its own slow step; where one run works and another waits is kept in masks.
+The level frame is z down with a free heading; the magnetometer counts in the norm of its first sample. Every
+run of a batch has its own slow step; where one run works and another waits is kept in masks.
 """
 
 from __future__ import annotations
@@ -194,23 +194,40 @@ SHAPES: dict[str, tuple[int, ...]] = {
 """Trailing shapes of the fields of `State` that are not scalars."""
 
 MASKS = frozenset(
-    ("mag_fresh", "job_rest", "job_drifts", "job_field", "job_first")
-    + ("has_seen_force", "has_seen_field", "realign", "first_kept", "reset")
+    (
+        "mag_fresh",
+        "job_rest",
+        "job_drifts",
+        "job_field",
+        "job_first",
+        "has_seen_force",
+        "has_seen_field",
+        "realign",
+        "first_kept",
+        "reset",
+    )
 )
 INTEGERS = frozenset(("phase", "question"))
 
 
 class Work:
-    """A state that is being changed: attributes of the names of `State`, assigned whole or where a mask holds."""
+    """A state that is being changed: fields by name, assigned whole or where a mask holds."""
 
     def __init__(self, state: State) -> None:
         self.now = state._asdict()
 
     def __getitem__(self, name: str) -> Array:
+        """Give a field of numbers."""
         array: Array = self.now[name]
         return array
 
+    def mask(self, name: str) -> Mask:
+        """Give a field of truth values."""
+        array: Mask = self.now[name]
+        return array
+
     def __setitem__(self, name: str, value: NDArray[np.generic]) -> None:
+        """Assign a whole field."""
         self.now[name] = value
 
     def put(self, where: Mask, name: str, value: NDArray[np.generic] | float) -> None:
@@ -224,7 +241,7 @@ class Work:
 
 
 class KCF(Filter[State]):
-    """Tilt from an average in a slowly moving frame; a slow Kalman filter calibrates the sensors meanwhile."""
+    """Tilt from an average in a slowly moving frame; a slow Kalman filter calibrates the sensors."""
 
     def initial(self, q: Array) -> State:
         """Start at q with nothing learned."""
@@ -253,7 +270,7 @@ class KCF(Filter[State]):
         """Integrate one sample; average tilt and learn at the end of a slow period."""
         s = Work(state)
         s["reset"] = np.zeros(self.shape, dtype=np.bool_)
-        kept = s["first_kept"] & z.run
+        kept = s.mask("first_kept") & z.run
         if kept.any():
             self._sample(s, first_sample(s, z, min(z.dt, self.p.slow_period)), kept, 0.0)
             s.put(kept, "first_kept", 0.0)
@@ -373,7 +390,7 @@ def facing_north(heading: Array, q_level: Array) -> Array:
 
 def first_sample(s: Work, z: Sample, dt: float) -> Sample:
     """The first sample as it was kept, with the interval of the second."""
-    force_usable, mag_usable = s["has_seen_force"].astype(np.bool_), s["mag_fresh"].astype(np.bool_)
+    force_usable, mag_usable = s.mask("has_seen_force"), s.mask("mag_fresh")
     sample = z._replace(
         rate=s["rate"],
         force=s["seen_force"],
@@ -385,7 +402,7 @@ def first_sample(s: Work, z: Sample, dt: float) -> Sample:
         dt=dt,
         gain_dt=dt,
     )
-    kept = s["first_kept"].astype(np.bool_)
+    kept = s.mask("first_kept")
     s.put(kept, "has_seen_force", 0.0)
     s.put(kept, "mag_fresh", 0.0)
     return sample
@@ -492,7 +509,7 @@ def begin_slow_step(s: Work, p: Parameters, z: Sample, due: Mask) -> None:
     s.put(drifts, "job_drift", np.concatenate((rows, s["job_drift"][..., 2:]), axis=-1))
     compare_all_senses(s, p, z, due)
 
-    fresh = due & s["mag_fresh"].astype(np.bool_) & np.bool_(p.use_mag)
+    fresh = due & s.mask("mag_fresh") & np.bool_(p.use_mag)
     first = fresh & ~(s["mag_scale"] > 0.0)
     s.put(due, "job_field", fresh)
     s.put(due, "job_first", first)
@@ -535,7 +552,7 @@ def level(s: Work, interval: Array, pull: Array, inverse: Array, due: Mask) -> A
 
 
 def follow_sensitivities(s: Work, interval: Array, pull: Array, inverse: Array, due: Mask) -> None:
-    """Take the sensitivities into the level frame, its horizontal rows through the same low-pass as the force."""
+    """Take the sensitivities into the level frame, its horizontal rows through the low-pass of the force."""
     columns = np.concatenate((s["sum_sens"], s["sum_error"][..., None]), axis=-1)
     turned = quaternion.to_matrix(s["q_tilt"]) @ columns
     rows = turned[..., :2, :] / interval[..., None, None]
@@ -550,7 +567,9 @@ def make_good_lag(s: Work, p: Parameters, due: Mask) -> None:
     sens = s["sens_level"]
     lag = np.einsum("...ik,...k->...i", sens[..., :G], s["x"][..., CORRECTION]) - sens[..., G]
     lag = -0.5 * np.clip(lag, -LAG_MAX, LAG_MAX) if p.refine else np.zeros_like(lag)
-    turn = np.stack((np.ones_like(lag[..., 0]), lag[..., 0], lag[..., 1], np.zeros_like(lag[..., 0])), axis=-1)
+    turn = np.stack(
+        (np.ones_like(lag[..., 0]), lag[..., 0], lag[..., 1], np.zeros_like(lag[..., 0])), axis=-1
+    )
     q_level = quaternion.multiply(quaternion.normalise(turn), s["q_tilt"])
     s.put(due, "q_level", q_level)
     s.put(due, "q_north", facing_north(s["heading"], q_level))
@@ -561,12 +580,19 @@ def compare_all_senses(s: Work, p: Parameters, z: Sample, due: Mask) -> None:
     scale = s["mag_scale"][..., None]
     pairs = (
         ("seen_force", "has_seen_force", z.force / p.gravity, z.force_usable),
-        ("seen_field", "has_seen_field", z.mag * scale - s["x"][..., IRON], z.mag_usable & (scale[..., 0] > 0)),
+        (
+            "seen_field",
+            "has_seen_field",
+            z.mag * scale - s["x"][..., IRON],
+            z.mag_usable & (scale[..., 0] > 0),
+        ),
     )
     for i, (seen, has_seen, now, usable) in enumerate(pairs):
-        both = due & usable & s[has_seen].astype(np.bool_)
+        both = due & usable & s.mask(has_seen)
         if both.any():
-            sense, power = compare_senses(s["sense"][..., i, :], s["sense_power"][..., i, :], now, s[seen], s["turn"])
+            sense, power = compare_senses(
+                s["sense"][..., i, :], s["sense_power"][..., i, :], now, s[seen], s["turn"]
+            )
             for name, value in (("sense", sense), ("sense_power", power)):
                 merged = s[name].copy()
                 merged[..., i, :] = select(both, value, merged[..., i, :])
@@ -592,7 +618,9 @@ def disturbed(s: State, p: Parameters) -> Mask:
 
 def implausible(s: State, p: Parameters) -> Mask:
     """Where sensors turn in opposite senses."""
-    opposed = ((s.sense_power > SENSE_POWER) & (s.sense < -SENSE_OPPOSED * s.sense_power)).any(axis=-1)
+    opposed = np.asarray(
+        ((s.sense_power > SENSE_POWER) & (s.sense < -SENSE_OPPOSED * s.sense_power)).any(axis=-1)
+    )
     no_gravity = dot(s.tilt_force, s.tilt_force) < (SENSE_GRAVITY * p.gravity) ** 2
     return np.asarray(opposed[..., 1] | (opposed[..., 0] & no_gravity))
 
@@ -666,14 +694,14 @@ def learn_gyro(s: Work, p: Parameters, where: Mask, i: int) -> None:
     h = np.zeros((*where.shape, N))
     h[..., GYRO.start + i] = 1.0
     r = p.rest_drift_std**2
-    learn(s, p, where & s["job_rest"].astype(np.bool_), h, innovation, (r * r / walk + r * interval) / interval)
+    learn(s, p, where & s.mask("job_rest"), h, innovation, (r * r / walk + r * interval) / interval)
     if i < 2:
         h = np.zeros((*where.shape, N))
         h[..., CORRECTION] = s["sens_slope"][..., i, :G]
         r = p.motion_drift_std**2
         young = np.maximum(1.0, (tilt_time(p) / s["tilt_age"]) ** 2)
         variance = (r * r / walk + r * interval) / interval * young
-        learn(s, p, where & s["job_drifts"].astype(np.bool_), h, innovation, variance)
+        learn(s, p, where & s.mask("job_drifts"), h, innovation, variance)
 
 
 def level_field(s: Work, r: Array, hard_iron: Array) -> Array:
@@ -685,7 +713,9 @@ def level_field(s: Work, r: Array, hard_iron: Array) -> Array:
     return rotated(r, (m - lag * first) + 0.5 * lag * lag * second)
 
 
-def excess_of(p: Parameters, misfit: Array, ratio: Array, expected: Array, interval: Array) -> tuple[Array, Array]:
+def excess_of(
+    p: Parameters, misfit: Array, ratio: Array, expected: Array, interval: Array
+) -> tuple[Array, Array]:
     """Mean squared misfit over jump_time, and the variance it has in excess of the expected one."""
     weight = np.minimum(interval / p.jump_time, 1.0)
     misfit = misfit + weight * (np.minimum(ratio, MISFIT_MAX) - misfit)
@@ -705,7 +735,7 @@ def follow_field(s: Work, p: Parameters, where: Mask) -> None:
     s.put(where, "cov", s["cov"] + on_diagonal(N, 0, field) + field_turn(N, s["x"], heading))
     asked = where & (s["question"] == OPEN)
     s.put(asked, "alt_cov", s["alt_cov"] + on_diagonal(6, 0, field) + field_turn(6, s["alt_x"], heading))
-    seen = where & s["job_field"].astype(np.bool_)
+    seen = where & s.mask("job_field")
     if seen.any():
         expect_field(s, p, seen)
 
@@ -722,11 +752,17 @@ def expect_field(s: Work, p: Parameters, where: Mask) -> None:
     interval = s["job_mag_time"]
     r = quaternion.to_matrix(s["job_q"])
     field = level_field(s, r, s["x"][..., IRON])
-    put_part(s, where & s["job_first"].astype(np.bool_), "x", FIELD, field)
-    lost = where & s["realign"].astype(np.bool_)
+    put_part(s, where & s.mask("job_first"), "x", FIELD, field)
+    lost = where & s.mask("realign")
     if lost.any():
         put_part(s, lost, "x", slice(0, 2), aligned(s["x"], field)[..., :2])
-        put_part(s, lost, "alt_x", slice(0, 2), aligned(s["alt_x"], level_field(s, r, s["alt_x"][..., 3:]))[..., :2])
+        put_part(
+            s,
+            lost,
+            "alt_x",
+            slice(0, 2),
+            aligned(s["alt_x"], level_field(s, r, s["alt_x"][..., 3:]))[..., :2],
+        )
         s.put(lost, "realign", 0.0)
     nu = field - s["x"][..., FIELD]
     s.put(where, "job_nu", nu)
@@ -772,7 +808,7 @@ def change_alternative(s: Work, p: Parameters, ratio: Array, where: Mask) -> Non
 
 def learn_mag(s: Work, p: Parameters, where: Mask, i: int) -> None:
     """Use one axis of the magnetometer."""
-    where = where & s["job_field"].astype(np.bool_) & ~s["job_first"].astype(np.bool_)
+    where = where & s.mask("job_field") & ~s.mask("job_first")
     if not where.any():
         return
     row = quaternion.to_matrix(s["job_q"])[..., i, :]
@@ -804,8 +840,8 @@ def ask(s: Work, p: Parameters, where: Mask) -> None:
 
 
 def learn_alternative(s: Work, p: Parameters, where: Mask) -> None:
-    """Use the magnetometer for the hypothesis; slowly varying disturbances count once per view of the field."""
-    where = where & (s["question"] == OPEN) & s["job_field"].astype(np.bool_)
+    """Use the magnetometer for the hypothesis; slow disturbances count once per view of the field."""
+    where = where & (s["question"] == OPEN) & s.mask("job_field")
     if not where.any():
         return
     r = quaternion.to_matrix(s["job_q"])
@@ -833,18 +869,20 @@ def odds_of(s: Work, p: Parameters) -> Array:
     posterior, b = s["alt_cov"][..., 3:, 3:], s["alt_x"][..., 3:]
     identity = np.broadcast_to(np.eye(3), posterior.shape)
     safe = select(np.linalg.det(posterior) > 0.0, posterior, identity)
-    information = np.linalg.inv(safe)
+    information = np.asarray(np.linalg.inv(safe), dtype=np.float64)
     weighted = rotated(information, b)
     sharper = information + (1.0 / narrow - 1.0 / wide)[..., None, None] * np.eye(3)
     shift = dot(weighted, b - np.linalg.solve(sharper, weighted[..., None])[..., 0])
     widths = np.linalg.det(sharper) * np.linalg.det(posterior) * (narrow / wide) ** 3
-    odds: Array = p.uncalibrated_odds * np.sqrt(np.maximum(widths, 0.0)) * np.exp(np.clip(0.5 * shift, 0.0, 40.0))
+    odds: Array = (
+        p.uncalibrated_odds * np.sqrt(np.maximum(widths, 0.0)) * np.exp(np.clip(0.5 * shift, 0.0, 40.0))
+    )
     return odds
 
 
 def weigh_evidence(s: Work, p: Parameters, where: Mask) -> None:
     """Decide between the hypotheses when the evidence suffices."""
-    new = where & (s["question"] == NEW) & s["job_first"].astype(np.bool_)
+    new = where & (s["question"] == NEW) & s.mask("job_first")
     if new.any():
         if p.uncalibrated_odds > 0.0:
             ask(s, p, new)
@@ -880,14 +918,19 @@ def apply_corrections(s: Work, p: Parameters, where: Mask) -> None:
     lose_covariance(s, p, where & ~sound)
     x = s["x"] + s["dx"]
     limits = np.full(N, np.inf)
-    limits[IRON], limits[LATENCY], limits[GYRO], limits[SCALE] = IRON_MAX, LATENCY_MAX, p.bias_limit, SCALE_MAX
+    limits[IRON], limits[LATENCY], limits[GYRO], limits[SCALE] = (
+        IRON_MAX,
+        LATENCY_MAX,
+        p.bias_limit,
+        SCALE_MAX,
+    )
     s.put(where, "x", np.clip(x, -limits, limits))
 
 
 def conclude(s: Work, p: Parameters, where: Mask) -> None:
     """Weigh the hypotheses and find north."""
     weigh_evidence(s, p, where)
-    seen = where & s["job_field"].astype(np.bool_)
+    seen = where & s.mask("job_field")
     if not seen.any():
         return
     same = np.bool_(p.refine) & (rotation_difference(s["job_q"], s["alt_q"]) < TURNED)
@@ -898,7 +941,9 @@ def conclude(s: Work, p: Parameters, where: Mask) -> None:
     near, far = np.sqrt(0.5 * (1.0 + cosine)), np.sqrt(0.5 * (1.0 - cosine))
     far = np.where(sine < 0.0, -far, far)
     ahead = cosine > 0.0
-    heading = np.stack((np.where(ahead, near, 0.5 * sine / far), np.where(ahead, 0.5 * sine / near, far)), axis=-1)
+    heading = np.stack(
+        (np.where(ahead, near, 0.5 * sine / far), np.where(ahead, 0.5 * sine / near, far)), axis=-1
+    )
     known = seen & (length > 0.0)
     s.put(known, "heading", heading)
     s.put(known, "q_north", facing_north(heading, s["q_level"]))
@@ -931,7 +976,7 @@ def run_phase(s: Work, p: Parameters, where: Mask, phase: int) -> None:
 
 
 def account_for_blindness(s: Work, p: Parameters, blind: Array, where: Mask) -> None:
-    """What a time without a rate, at the mean squared rate before, costs: certainty of the heading, or the attitude."""
+    """Pay for a time without a rate: with certainty of the heading, or with the attitude."""
     lost = blind**2 * s["job_rate2"]
     everything = where & ((blind > LONGEST_STEP) | (lost > LOST))
     if everything.any():
