@@ -10,7 +10,7 @@ package Parameters "Defaults of the models"
     constant Real initial_velocity[3] = {0.0, 0.0, 0.0};
     constant Real initial_q[4] = {1.0, 0.0, 0.0, 0.0};
     constant Real initial_rate[3] = {0.0, 0.0, 0.0};
-    constant Real initial_rotor_speed = 434.28;
+    constant Real initial_rotor_speed = 434.27;
     constant Real arm_length = 0.225;
     constant Real rotor_height = 0.03;
     constant Real thrust_coefficient = 1.3e-5;

@@ -4,7 +4,7 @@ model QuadrotorFlight "Quadrotor on rotor commands held over 4 ms, in wind"
   parameter AHRS.Types.Time sample_time = 0.004 "Interval of the commands";
   AHRS.Plants.Quadrotor quadrotor annotation(Placement(transformation(extent = {{-20, -20}, {20, 20}})));
 protected
-  discrete Real command[4](start = fill(434.28, 4), each fixed = true) "Held rotor speeds";
+  discrete Real command[4](start = fill(434.27, 4), each fixed = true) "Held rotor speeds";
   discrete Real wind[3](each start = 0, each fixed = true) "Held wind";
 equation
   when sample(0, sample_time) then

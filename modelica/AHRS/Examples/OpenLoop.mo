@@ -6,7 +6,7 @@ model OpenLoop "Rotor speeds that nobody corrects, and a filter that watches"
   Filters.SecondOrderGCF filter(kp = 0.5, ki = 0.1) annotation(Placement(transformation(extent = {{60, -20}, {100, 20}})));
   Types.Angle euler[3] "True roll, pitch, yaw";
   Types.Angle error "Angle between estimate and truth";
-  parameter Types.AngularVelocity hover = 434.28 "Speed that carries the vehicle";
+  parameter Types.AngularVelocity hover = 434.27 "Speed that carries the vehicle";
 equation
   quadrotor.rotor_speed_command = fill(hover, 4) + 0.8*cos(3*time)*{-1, 1, 1, -1} + 0.5*cos(2*time)*{1, -1, 1, -1} + 2*cos(time)*{1, 1, -1, -1};
   quadrotor.wind = zeros(3);
