@@ -24,6 +24,19 @@ typedef double ahrs_real;
 #define ahrs_sqrt sqrt
 #endif
 
+/* For functions of the sample path that are worth compiling anew where an argument is a constant, and for branches
+ * that a compiler should not turn into a wait for both sides. */
+#if defined(__GNUC__)
+#define AHRS_INLINE static inline __attribute__((always_inline))
+#define AHRS_UNLIKELY(condition) __builtin_expect((condition), 0)
+#elif defined(_MSC_VER)
+#define AHRS_INLINE static __forceinline
+#define AHRS_UNLIKELY(condition) (condition)
+#else
+#define AHRS_INLINE static inline
+#define AHRS_UNLIKELY(condition) (condition)
+#endif
+
 #define AHRS_PI AHRS_C(3.14159265358979323846)
 #define AHRS_INFINITY ((ahrs_real)INFINITY)
 

@@ -48,16 +48,26 @@ static inline ahrs_quat ahrs_quat_refine(ahrs_quat q) {
 }
 
 /* Rotation vector to quaternion: [cos(|v|/2), sin(|v|/2) v/|v|]. */
-static inline ahrs_quat ahrs_quat_exp(ahrs_vec3 v) {
-    const ahrs_real half2 = AHRS_C(0.25) * ahrs_vec3_norm2(v);
-    if (half2 <= AHRS_C(0.25)) {
-        const ahrs_real k = AHRS_C(0.5) * ahrs_sinc_series(half2);
-        return (ahrs_quat){ahrs_cos_series(half2), k * v.x, k * v.y, k * v.z};
-    }
-    const ahrs_real half = ahrs_sqrt(half2);
+static inline ahrs_quat ahrs_quat_exp_large(ahrs_vec3 v) {
+    const ahrs_real half = AHRS_C(0.5) * ahrs_vec3_norm(v);
     ahrs_real sine, cosine;
     ahrs_sincos(half, &sine, &cosine);
     const ahrs_real k = AHRS_C(0.5) * sine / half;
+    return (ahrs_quat){cosine, k * v.x, k * v.y, k * v.z};
+}
+
+static inline ahrs_quat ahrs_quat_exp(ahrs_vec3 v) {
+    const ahrs_real x2 = AHRS_C(0.25) * ahrs_vec3_norm2(v);
+    if (x2 > AHRS_C(0.01)) {
+        return ahrs_quat_exp_large(v);
+    }
+    /* The rotation of one sample seldom exceeds 0.2 rad: the series are short. */
+    const ahrs_real x4 = x2 * x2;
+    const ahrs_real cosine = (1 - AHRS_C(0.5) * x2) + x4 * (AHRS_C(0.041666666666666664) - AHRS_C(0.001388888888888889) * x2 +
+                                                            AHRS_C(2.48015873015873e-05) * x4);
+    const ahrs_real k = (AHRS_C(0.5) - AHRS_C(0.08333333333333333) * x2) +
+                        x4 * (AHRS_C(0.004166666666666667) - AHRS_C(9.92063492063492e-05) * x2 +
+                              AHRS_C(1.3778659611992945e-06) * x4);
     return (ahrs_quat){cosine, k * v.x, k * v.y, k * v.z};
 }
 

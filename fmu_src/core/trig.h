@@ -23,28 +23,23 @@
 #define AHRS_LN2_2 7.440617110012397e-11
 #endif
 
-/* cos(x) and sin(x)/x as series in x^2 for |x| <= pi/4. */
+/* cos(x) and sin(x)/x as series in x^2 for |x| <= pi/4, in pairs of terms that do not wait for each other. */
 static inline ahrs_real ahrs_cos_series(ahrs_real x2) {
-    ahrs_real y = AHRS_C(4.779477332387385e-14);
-    y = y * x2 - AHRS_C(1.1470745597729725e-11);
-    y = y * x2 + AHRS_C(2.08767569878681e-09);
-    y = y * x2 - AHRS_C(2.7557319223985893e-07);
-    y = y * x2 + AHRS_C(2.48015873015873e-05);
-    y = y * x2 - AHRS_C(0.001388888888888889);
-    y = y * x2 + AHRS_C(0.041666666666666664);
-    y = y * x2 - AHRS_C(0.5);
-    return y * x2 + 1;
+    const ahrs_real x4 = x2 * x2;
+    const ahrs_real low = (1 - AHRS_C(0.5) * x2) + x4 * (AHRS_C(0.041666666666666664) - AHRS_C(0.001388888888888889) * x2);
+    const ahrs_real high = (AHRS_C(2.48015873015873e-05) - AHRS_C(2.7557319223985893e-07) * x2) +
+                           x4 * (AHRS_C(2.08767569878681e-09) - AHRS_C(1.1470745597729725e-11) * x2 +
+                                 AHRS_C(4.779477332387385e-14) * x4);
+    return low + (x4 * x4) * high;
 }
 
 static inline ahrs_real ahrs_sinc_series(ahrs_real x2) {
-    ahrs_real y = AHRS_C(-7.647163731819816e-13);
-    y = y * x2 + AHRS_C(1.6059043836821613e-10);
-    y = y * x2 - AHRS_C(2.505210838544172e-08);
-    y = y * x2 + AHRS_C(2.7557319223985893e-06);
-    y = y * x2 - AHRS_C(0.0001984126984126984);
-    y = y * x2 + AHRS_C(0.008333333333333333);
-    y = y * x2 - AHRS_C(0.16666666666666666);
-    return y * x2 + 1;
+    const ahrs_real x4 = x2 * x2;
+    const ahrs_real low = (1 - AHRS_C(0.16666666666666666) * x2) +
+                          x4 * (AHRS_C(0.008333333333333333) - AHRS_C(0.0001984126984126984) * x2);
+    const ahrs_real high = (AHRS_C(2.7557319223985893e-06) - AHRS_C(2.505210838544172e-08) * x2) +
+                           x4 * (AHRS_C(1.6059043836821613e-10) - AHRS_C(7.647163731819816e-13) * x2);
+    return low + (x4 * x4) * high;
 }
 
 static inline void ahrs_sincos(ahrs_real x, ahrs_real *sine, ahrs_real *cosine) {

@@ -98,14 +98,10 @@ static inline ahrs_quat ahrs_from_output_frame(const ahrs_estimator_params *p, a
     return p->declination != 0 ? ahrs_decline(inner, -p->declination) : inner;
 }
 
-static inline bool ahrs_within(ahrs_vec3 v, ahrs_real limit) {
-    return ahrs_abs(v.x) <= limit && ahrs_abs(v.y) <= limit && ahrs_abs(v.z) <= limit;
-}
-
-/* Whether the angle between field and gravity leaves a heading. */
+/* Whether the angle between field and vertical leaves a heading; never for a zero field. */
 static inline bool ahrs_has_horizontal_part(ahrs_vec3 mag, ahrs_vec3 vertical) {
     return ahrs_vec3_norm2(ahrs_vec3_cross(vertical, mag)) >
-           AHRS_MAG_SINE * AHRS_MAG_SINE * ahrs_vec3_norm2(vertical) * ahrs_vec3_norm2(mag);
+           AHRS_MAG_SINE * AHRS_MAG_SINE * (ahrs_vec3_norm2(vertical) * ahrs_vec3_norm2(mag));
 }
 
 /* Attitude from specific force and field, accelerometer first, exact for all attitudes (docs/algorithms.md
@@ -121,27 +117,28 @@ static inline ahrs_quat ahrs_attitude_of(ahrs_vec3 force, ahrs_vec3 mag) {
     return ahrs_quat_from_euler((ahrs_vec3){roll, pitch, 0});
 }
 
-/* Reads one sample: which parts are usable by themselves, and all of it in inner axes. */
-static inline ahrs_sample ahrs_read_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p,
-                                           const ahrs_estimator_inputs *u, ahrs_real dt) {
+/* Reads one sample: which parts are usable by themselves, and all of it in inner axes. Comparisons of squared norms
+ * fail for NaN and infinity. */
+AHRS_INLINE ahrs_sample ahrs_read_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p,
+                                         const ahrs_estimator_inputs *u, ahrs_real dt) {
     ahrs_sample z = {.dt = dt, .gain_dt = dt > AHRS_LONGEST_STEP ? 0 : dt};
     const ahrs_vec3 gyro = ahrs_vec3_of(u->gyro), accel = ahrs_vec3_of(u->accel), mag = ahrs_vec3_of(u->mag);
-    const ahrs_real least = AHRS_ACCEL_LEAST * p->gravity;
-    if (ahrs_within(gyro, AHRS_GYRO_LIMIT)) {
-        ahrs_vec3_to(s->gyro, ahrs_swap_body(p->frame, gyro));
+    if (ahrs_vec3_norm2(gyro) <= AHRS_GYRO_LIMIT * AHRS_GYRO_LIMIT) {
+        z.rate = ahrs_swap_body(p->frame, gyro);
+        ahrs_vec3_to(s->gyro, z.rate);
     } else {
+        z.rate = ahrs_vec3_of(s->gyro);
         s->conditions |= AHRS_GYRO_HELD;
     }
-    z.rate = ahrs_vec3_of(s->gyro);
-    z.force_usable = u->accel_valid && ahrs_within(accel, AHRS_ACCEL_LIMIT) && ahrs_vec3_norm2(accel) > least * least;
-    if (z.force_usable) {
+    const ahrs_real least = AHRS_ACCEL_LEAST * p->gravity;
+    const ahrs_real force2 = ahrs_vec3_norm2(accel);
+    if (u->accel_valid && force2 > least * least && force2 <= AHRS_ACCEL_LIMIT * AHRS_ACCEL_LIMIT) {
         z.force = ahrs_swap_body(p->frame, accel);
+        z.force_usable = true;
     }
-    z.mag_usable = u->mag_valid && ahrs_within(mag, AHRS_MAG_LIMIT);
-    if (z.mag_usable) {
+    if (u->mag_valid && ahrs_vec3_norm2(mag) <= AHRS_MAG_LIMIT * AHRS_MAG_LIMIT) {
         z.mag = ahrs_swap_body(p->frame, mag);
         const ahrs_vec3 vertical = z.force_usable ? z.force : ahrs_quat_down(ahrs_quat_of(s->q));
-        /* Strict, so that a zero field is not usable. */
         z.mag_usable = ahrs_has_horizontal_part(z.mag, vertical);
     }
     return z;
@@ -226,7 +223,7 @@ static inline void ahrs_align_heading(ahrs_estimator_state *s, ahrs_vec3 mag) {
 }
 
 /* The part of a sample that needs an attitude: reference field, gating, motion compensation. */
-static inline ahrs_action ahrs_prepare_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_sample *z) {
+AHRS_INLINE ahrs_action ahrs_prepare_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_sample *z) {
     const bool turn = z->mag_usable && !ahrs_condition(s, AHRS_HAS_HEADING);
     if (turn) {
         ahrs_align_heading(s, z->mag);
@@ -258,8 +255,8 @@ static inline void ahrs_estimator_init(ahrs_estimator_state *s) {
 }
 
 /* Takes in one sample and tells the estimator what to do with it. */
-static inline ahrs_action ahrs_estimator_begin(ahrs_estimator_state *s, const ahrs_estimator_params *p,
-                                               const ahrs_estimator_inputs *u, ahrs_real dt, ahrs_sample *z) {
+AHRS_INLINE ahrs_action ahrs_estimator_begin(ahrs_estimator_state *s, const ahrs_estimator_params *p,
+                                             const ahrs_estimator_inputs *u, ahrs_real dt, ahrs_sample *z) {
     if (!(dt >= 0 && ahrs_is_finite(dt))) {
         s->conditions |= AHRS_STEP_REJECTED;
         return AHRS_WAIT;
@@ -283,15 +280,18 @@ static inline ahrs_action ahrs_estimator_begin(ahrs_estimator_state *s, const ah
     return AHRS_START;
 }
 
-/* Takes over the attitude after a sample; one that has lost its meaning is initialised anew. */
-static inline void ahrs_estimator_end(ahrs_estimator_state *s, const ahrs_estimator_params *p, const ahrs_sample *z,
-                                      ahrs_quat q) {
+/* Takes over the attitude after a sample, a unit quaternion; one that has lost its meaning is initialised anew. */
+AHRS_INLINE void ahrs_estimator_end(ahrs_estimator_state *s, const ahrs_estimator_params *p, const ahrs_sample *z,
+                                    ahrs_quat q) {
     const ahrs_real norm2 = ahrs_quat_dot(q, q);
-    if (!(norm2 > AHRS_C(1e-12) && ahrs_is_finite(norm2))) {
+    if (!(norm2 > AHRS_C(0.5) && norm2 < AHRS_C(2.0))) {
         ahrs_estimator_init(s);
         return;
     }
-    const ahrs_quat next = ahrs_quat_near(ahrs_quat_refine(q), ahrs_quat_of(s->q));
+    ahrs_quat next = q;
+    if (AHRS_UNLIKELY(ahrs_quat_dot(q, ahrs_quat_of(s->q)) < 0)) {
+        next = ahrs_quat_negate(q);
+    }
     ahrs_quat_to(s->q, next);
     if (z->force_usable) {
         ahrs_vec3_to(s->motion_accel, ahrs_vec3_add_scaled(z->force, p->gravity, ahrs_quat_down(next)));

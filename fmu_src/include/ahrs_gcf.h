@@ -63,7 +63,7 @@ void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u);
 /* State as before the first sample. */
 void ahrs_gcf_init(ahrs_gcf_state *s, const ahrs_gcf_params *p);
 
-/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is still to be done. */
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
 void ahrs_gcf_update(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_gcf_inputs *u, ahrs_real dt);
 
 void ahrs_gcf_outputs(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_gcf_outputs_t *y);

@@ -140,7 +140,7 @@ def model_header(descriptor: Descriptor) -> str:
         "/* State as before the first sample. */",
         f"void {prefix}_init({args});",
         "",
-        "/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is still to be done. */"
+        "/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */"
         if shared
         else "/* One sample, dt seconds after the one before; dt = 0 takes in the inputs at the start. */",
         f"void {prefix}_update({args}, const {prefix}_inputs *u, ahrs_real dt);",

@@ -1,0 +1,1 @@
+"""Co-simulation: anything that steps, alone or connected with others."""
