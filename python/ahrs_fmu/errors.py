@@ -39,6 +39,10 @@ class DesignError(AhrsError, ValueError):
     """Gains, noise densities or frequencies are outside what a design can use."""
 
 
+class CalibrationError(AhrsError, ValueError):
+    """Readings are unfit for a calibration: the vehicle moved, or an axis was not covered."""
+
+
 class ScenarioError(AhrsError, ValueError):
     """A scenario, a sensor or a co-simulation file is wrong."""
 
