@@ -174,6 +174,28 @@ package Functions "Quaternion algebra, measured attitude, filter errors and rand
     annotation(Documentation(info = "<html><p>Roll and pitch bring the measured specific force to <code>(0, 0, -g)</code>, yaw then brings the horizontal field to north. Exact in every attitude when the vehicle does not accelerate.</p></html>"));
   end accelMagAttitude;
 
+  function alignHeading "Turn an attitude about the vertical so that the measured field points north"
+    extends Icons.Function;
+    input Real q[4] "Attitude with an arbitrary heading";
+    input Real m[3](each unit = "T") "Magnetic flux density, body axes";
+    output Real r[4] "Attitude with the heading of the field";
+  protected
+    Real n[3] = rotate(q, m) "Field in the axes of q";
+  algorithm
+    r := multiply(fromRotationVector({0.0, 0.0, -atan2(n[2], n[1])}), q);
+    annotation(Documentation(info = "<html><p>For the first usable magnetometer sample of a filter that had to begin without one.</p></html>"));
+  end alignHeading;
+
+  function continued "The one of q and -q that is nearer to a reference"
+    extends Icons.Function;
+    input Real q[4] "Quaternion";
+    input Real reference[4] "Quaternion before";
+    output Real r[4] "Same attitude without a jump of sign";
+  algorithm
+    r := if q*reference < 0 then -q else q;
+    annotation(Documentation(info = "<html><p>Keeps the elements of a sampled attitude smooth.</p></html>"));
+  end continued;
+
   function gravityError "Rotation that brings the estimated vertical to the measured one"
     extends Icons.Function;
     input Real q[4] "Estimated attitude";

@@ -16,7 +16,7 @@ package Icons "Drawings shared by the classes of the library"
       Documentation(info = "<html><p>Sign of a page of the user's guide.</p></html>"));
   end Information;
 
-  partial class Function "Function"
+  partial function Function "Function"
     annotation(Icon(coordinateSystem(extent = {{-100, -100}, {100, 100}}), graphics = {
       Ellipse(extent = {{-100, 100}, {100, -100}}, lineColor = {108, 88, 49}, fillColor = {255, 250, 235}, fillPattern = FillPattern.Solid),
       Text(extent = {{-90, 70}, {90, -70}}, textColor = {108, 88, 49}, textString = "f"),
@@ -24,21 +24,21 @@ package Icons "Drawings shared by the classes of the library"
       Documentation(info = "<html><p>Sign of a function.</p></html>"));
   end Function;
 
-  partial class Example "Model that can be simulated as it is"
+  partial model Example "Model that can be simulated as it is"
     annotation(Icon(coordinateSystem(extent = {{-100, -100}, {100, 100}}), graphics = {
       Ellipse(extent = {{-100, 100}, {100, -100}}, lineColor = {75, 138, 73}, fillColor = {255, 255, 255}, fillPattern = FillPattern.Solid),
       Polygon(points = {{-36, 60}, {64, 0}, {-36, -60}, {-36, 60}}, lineColor = {75, 138, 73}, fillColor = {75, 138, 73}, fillPattern = FillPattern.Solid)}),
       Documentation(info = "<html><p>Sign of an example.</p></html>"));
   end Example;
 
-  partial class Block "Frame of a block with its name above"
+  partial block Block "Frame of a block with its name above"
     annotation(Icon(coordinateSystem(extent = {{-100, -100}, {100, 100}}), graphics = {
       Rectangle(extent = {{-100, 100}, {100, -100}}, lineColor = {0, 0, 127}, fillColor = {255, 255, 255}, fillPattern = FillPattern.Solid),
       Text(extent = {{-150, 145}, {150, 105}}, textColor = {0, 0, 255}, textString = "%name")}),
       Documentation(info = "<html><p>Frame of a signal block.</p></html>"));
   end Block;
 
-  partial class Filter "Low-pass and high-pass that cross"
+  partial block Filter "Low-pass and high-pass that cross"
     extends Icons.Block;
     annotation(Icon(graphics = {
       Line(points = {{-80, -70}, {80, -70}}, color = {150, 150, 150}),

@@ -45,11 +45,15 @@ package Interfaces "Connectors and the faces that blocks have in common"
 
   partial block Sensor "Face of an IMU on a vehicle"
     extends Icons.Block;
-    parameter Types.MagneticFluxDensity field[3] = {40e-6, 0, 30e-6} "Earth's field, navigation axes";
+    parameter Types.MagneticFluxDensity field_magnitude = Parameters.IMU.field_magnitude "Magnitude of the local field";
+    parameter Types.Angle field_dip = Parameters.IMU.field_dip "Dip of the local field below the horizon";
+    parameter Types.Angle declination = Parameters.IMU.declination "Magnetic declination, east positive";
     RealInput q[4](each final unit = "1") "True attitude" annotation(Placement(transformation(extent = {{-140, 60}, {-100, 100}})));
     RealInput rate[3](each final unit = "rad/s") "True angular rate, body axes" annotation(Placement(transformation(extent = {{-140, -20}, {-100, 20}})));
     RealInput specific_force[3](each final unit = "m/s2") "True specific force at the sensor, body axes" annotation(Placement(transformation(extent = {{-140, -100}, {-100, -60}})));
     IMUOutput imu "Measured signals" annotation(Placement(transformation(extent = {{100, -15}, {130, 15}})));
+  protected
+    final parameter Types.MagneticFluxDensity field[3] = field_magnitude*{cos(field_dip)*cos(declination), cos(field_dip)*sin(declination), sin(field_dip)} "Earth's field, navigation axes";
     annotation(Icon(graphics = {
       Rectangle(extent = {{-50, 50}, {50, -50}}, lineColor = {80, 80, 80}, fillColor = {225, 225, 225}, fillPattern = FillPattern.Solid),
       Line(points = {{-30, -30}, {30, -30}}, color = {200, 90, 0}, thickness = 0.8, arrow = {Arrow.None, Arrow.Filled}),

@@ -15,6 +15,9 @@ model Functions "Quaternion algebra against its own inverses"
   Real measured[4] "Attitude from ideal sensors";
   Real error[3] "Error of an estimate that is right";
   Real length "Length of q";
+  Real field[3] "Field that the body sees";
+  Real aligned[4] "q turned so that the field points north";
+  Real smooth[4] "q with the sign of a reference";
 equation
   euler = {3*sin(time), 1.5*sin(0.7*time), 3*cos(0.3*time)};
   q = F.fromEuler(euler);
@@ -27,6 +30,9 @@ equation
   tiny = F.toRotationVector(F.fromRotationVector(1e-7*v));
   measured = F.accelMagAttitude(F.rotateBack(q, {0, 0, -9.8}), F.rotateBack(q, {4e-5, 0, 3e-5}));
   error = F.attitudeError(q, F.rotateBack(q, {0, 0, -9.8}), F.rotateBack(q, {4e-5, 0, 3e-5}), true, true);
+  field = F.rotateBack(q, {4e-5, 2e-5, 3e-5});
+  aligned = F.alignHeading(q, field);
+  smooth = F.continued(-q, q);
   length = sqrt(F.normalise(2*q)*F.normalise(3*q));
   annotation(experiment(StopTime = 20, Interval = 0.05, Tolerance = 1e-6),
     Documentation(info = "<html><p>Each result has a twin that must equal it.</p></html>"));

@@ -1,12 +1,11 @@
 within AHRSTest;
 model SampledFilters "Sampled filters on one sequence of samples"
   extends AHRS.Icons.Example;
-  parameter AHRS.Types.Time sample_time = 0.01 "Sampling interval";
+  parameter AHRS.Types.Time sample_time = 0.02 "Sampling interval";
   AHRS.Filters.GCF gcf(sample_time = sample_time) annotation(Placement(transformation(extent = {{20, 20}, {60, 60}})));
   AHRS.Filters.GCF third(sample_time = sample_time, kp = 1, ki = 0.3, kii = 0.05) annotation(Placement(transformation(extent = {{20, -20}, {60, 20}})));
   AHRS.Filters.Mahony mahony(sample_time = sample_time) annotation(Placement(transformation(extent = {{20, -60}, {60, -20}})));
-  AHRS.Sensors.IMU imu(sample_time = sample_time, gyro_bias = {0.01, -0.02, 0.005}, gyro_noise_density = 1e-3, accel_noise_density = 0.02, mag_noise_density = 1e-7, seed = 7)
-    annotation(Placement(transformation(extent = {{-40, -20}, {0, 20}})));
+  AHRS.Sensors.IMU imu(sample_time = sample_time, errors = false) annotation(Placement(transformation(extent = {{-40, -20}, {0, 20}})));
 protected
   AHRS.Types.Angle euler[3] "True roll, pitch, yaw";
 equation
@@ -17,6 +16,6 @@ equation
   connect(imu.imu, gcf.imu);
   connect(imu.imu, third.imu);
   connect(imu.imu, mahony.imu);
-  annotation(experiment(StopTime = 20, Interval = 0.01, Tolerance = 1e-6),
+  annotation(experiment(StopTime = 20, Interval = 0.02, Tolerance = 1e-6),
     Documentation(info = "<html><p>The samples are recorded with the result, so that another implementation can be fed with the very same numbers.</p></html>"));
 end SampledFilters;

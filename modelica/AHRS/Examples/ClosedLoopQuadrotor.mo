@@ -2,8 +2,9 @@ within AHRS.Examples;
 model ClosedLoopQuadrotor "Quadrotor that flies on an estimated attitude"
   extends Icons.Example;
   parameter Types.Time sample_time = 0.004 "Tick of sensor, filter and controller";
+  parameter Boolean sensor_errors = false "The IMU has bias, drift and noise";
   Plants.Quadrotor quadrotor annotation(Placement(transformation(extent = {{0, -20}, {40, 20}})));
-  Sensors.IMU imu(sample_time = sample_time) annotation(Placement(transformation(extent = {{60, -20}, {100, 20}})));
+  Sensors.IMU imu(sample_time = sample_time, errors = sensor_errors) annotation(Placement(transformation(extent = {{60, -20}, {100, 20}})));
   Filters.GCF filter(sample_time = sample_time) annotation(Placement(transformation(extent = {{-120, -20}, {-80, 20}})));
   Controllers.AttitudeController controller(sample_time = sample_time) annotation(Placement(transformation(extent = {{-60, -20}, {-20, 20}})));
   Types.Angle reference[3] "Wanted roll, pitch, yaw";
@@ -30,7 +31,7 @@ equation
   estimation_error = Functions.toRotationVector(Functions.multiply(Functions.conjugate(filter.q), quadrotor.q));
   annotation(experiment(StopTime = 10, Interval = 0.004, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Plant, IMU, filter and controller in a ring. Plot <code>reference</code> against <code>euler</code>, and <code>estimation_error</code>. Give <code>imu</code> noise and biases, or replace
+<p>Plant, IMU, filter and controller in a ring. Plot <code>reference</code> against <code>euler</code>, and <code>estimation_error</code>. Set <code>sensor_errors</code>, or replace
 <code>filter</code>, and see what the vehicle makes of it.</p>
 <p>At a tick the IMU samples the vehicle, the filter takes the sample and the controller takes the estimate; the new rotor speeds act from just after the tick on.</p>
 </html>"));

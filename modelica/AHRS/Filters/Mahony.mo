@@ -1,9 +1,9 @@
 within AHRS.Filters;
 block Mahony "Sampled explicit complementary filter on the rotation group"
   extends Interfaces.Estimator(q(start = {1, 0, 0, 0}, each fixed = true), rate(each start = 0, each fixed = true), gyro_bias(each start = 0, each fixed = true));
-  parameter Types.Time sample_time = Parameters.Mahony.sample_time "Sampling interval";
-  parameter Types.Frequency kp = Parameters.Mahony.kp "Proportional gain";
-  parameter Types.SquaredFrequency ki = Parameters.Mahony.ki "Integral gain";
+  parameter Types.Time sample_time = 0.01 "Sampling interval";
+  parameter Types.Frequency kp = 1 "Proportional gain";
+  parameter Types.SquaredFrequency ki = 0.1 "Integral gain";
 protected
   discrete Real predicted[4](start = {1, 0, 0, 0}, each fixed = true) "Attitude carried forward by the gyroscope";
   discrete Real error[3](each start = 0, each fixed = true) "Rotation from the predicted to the measured attitude, body axes";

@@ -2,17 +2,19 @@ within AHRS.Sensors;
 block IMU "Sampled IMU with bias, drift, scale error, hard iron and seeded noise"
   extends Interfaces.Sensor;
   parameter Types.Time sample_time = Parameters.IMU.sample_time "Sampling interval";
-  parameter Real gyro_noise_density(min = 0) = 0 "White noise of the gyroscope, rad/s/sqrt(Hz)";
-  parameter Real gyro_bias_walk(min = 0) = 0 "Random walk of the gyroscope's bias, rad/s2/sqrt(Hz)";
-  parameter Types.AngularVelocity gyro_bias[3] = zeros(3) "Constant bias of the gyroscope";
-  parameter Real gyro_scale_error[3] = zeros(3) "Scale error of the gyroscope";
-  parameter Real accel_noise_density(min = 0) = 0 "White noise of the accelerometer, m/s2/sqrt(Hz)";
-  parameter Types.Acceleration accel_bias[3] = zeros(3) "Constant bias of the accelerometer";
-  parameter Real accel_scale_error[3] = zeros(3) "Scale error of the accelerometer";
-  parameter Real mag_noise_density(min = 0) = 0 "White noise of the magnetometer, T/sqrt(Hz)";
-  parameter Types.MagneticFluxDensity hard_iron[3] = zeros(3) "Field of the vehicle itself";
-  parameter Integer seed = 1 "Seed of the noise";
+  parameter Boolean errors = Parameters.IMU.errors "False: a perfect sensor that samples";
+  parameter Real gyro_noise_density(min = 0) = Parameters.IMU.gyro_noise_density "White noise of the gyroscope, rad/s/sqrt(Hz)";
+  parameter Real gyro_bias_walk(min = 0) = Parameters.IMU.gyro_bias_walk "Random walk of the gyroscope's bias, rad/s2/sqrt(Hz)";
+  parameter Types.AngularVelocity gyro_bias[3] = Parameters.IMU.gyro_bias "Constant bias of the gyroscope";
+  parameter Real gyro_scale[3] = Parameters.IMU.gyro_scale "Relative scale error of the gyroscope";
+  parameter Real accel_noise_density(min = 0) = Parameters.IMU.accel_noise_density "White noise of the accelerometer, m/s2/sqrt(Hz)";
+  parameter Types.Acceleration accel_bias[3] = Parameters.IMU.accel_bias "Constant bias of the accelerometer";
+  parameter Real accel_scale[3] = Parameters.IMU.accel_scale "Relative scale error of the accelerometer";
+  parameter Types.MagneticFluxDensity mag_noise_std(min = 0) = Parameters.IMU.mag_noise_std "White noise of the magnetometer per sample";
+  parameter Types.MagneticFluxDensity hard_iron[3] = Parameters.IMU.hard_iron "Field that the vehicle adds, body axes";
+  parameter Integer seed = Parameters.IMU.seed "Seed of the noise";
 protected
+  final parameter Real on = if errors then 1 else 0 "Weight of every error";
   final parameter Real first_state[2] = Functions.randomState(seed) "Where the noise starts";
   discrete Real state[2](start = first_state, each fixed = true) "State of the generator";
   discrete Real random[14](each start = 0, each fixed = true) "Twelve normal numbers and the generator's next state";
@@ -23,14 +25,14 @@ protected
 equation
   when sample(sample_time, sample_time) then
     started = true;
-    random = Functions.randomNumbers(pre(state), 12);
+    random = if errors then Functions.randomNumbers(pre(state), 12) else zeros(14);
     state = {random[13], random[14]};
     sampled_q = q;
     mean_rate = if pre(started) then Functions.toRotationVector(Functions.multiply(Functions.conjugate(pre(sampled_q)), q))/sample_time else rate;
     drift = pre(drift) + gyro_bias_walk*sqrt(sample_time)*random[1:3];
-    imu.gyro = mean_rate + gyro_scale_error .* mean_rate + gyro_bias + drift + gyro_noise_density/sqrt(sample_time)*random[4:6];
-    imu.accel = specific_force + accel_scale_error .* specific_force + accel_bias + accel_noise_density/sqrt(sample_time)*random[7:9];
-    imu.mag = Functions.rotateBack(q, field) + hard_iron + mag_noise_density/sqrt(sample_time)*random[10:12];
+    imu.gyro = mean_rate + on*(gyro_scale .* mean_rate + gyro_bias + drift + gyro_noise_density/sqrt(sample_time)*random[4:6]);
+    imu.accel = specific_force + on*(accel_scale .* specific_force + accel_bias + accel_noise_density/sqrt(sample_time)*random[7:9]);
+    imu.mag = Functions.rotateBack(q, field) + on*(hard_iron + mag_noise_std*random[10:12]);
     imu.accel_valid = true;
     imu.mag_valid = true;
   end when;
@@ -43,9 +45,9 @@ w_k    = 2 atan2(|d_v|, d_0) d_v/|d_v| / T      with d = q_(k-1)* q_k
 gyro   = (1 + s) w_k + b + drift + N n/sqrt(T)
 drift := drift + K sqrt(T) n
 accel  = (1 + s) f + b + N n/sqrt(T)
-mag    = q* B q + h + N n/sqrt(T)
+mag    = q* B q + h + S n
 </pre>
 <p><code>n</code> are independent standard normal numbers of the generator in <a href=\"modelica://AHRS.Functions.randomNumbers\">randomNumbers</a>:
-the same seed gives the same noise in every tool. All errors are zero by default. The FMU <code>imu</code> has more of them (quantisation, saturation, delay, vibration) and another generator.</p>
+the same seed gives the same noise in every tool. <code>errors = false</code> switches them all off. The FMU <code>imu</code> has more errors (bandwidth, delay, quantisation, saturation, vibration) and another generator.</p>
 </html>"));
 end IMU;
