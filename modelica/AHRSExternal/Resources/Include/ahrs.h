@@ -226,12 +226,12 @@ static inline void ahrs_gcf_outputs(const ahrs_gcf_state *s, const ahrs_gcf_para
  *     predict with z.rate, correct with z.accel and z.mag where they are usable
  *     ahrs_estimator_end(&s->common, &p->common, &z, q);                         the new attitude
  *
- * Inside, the axes are forward-right-down and north-east-down with magnetic north (docs/algorithms.md section 1). */
+ * Inside, the axes are forward-right-down and north-east-down with magnetic north (docs/algorithms.md section 0). */
 #ifndef ESTIMATOR_H
 #define ESTIMATOR_H
 
 /* Unit quaternions, Hamilton product, scalar first, passed by value.
- * As an attitude q turns body vectors into navigation vectors: v_n = q v_b q* (docs/algorithms.md section 1). */
+ * As an attitude q turns body vectors into navigation vectors: v_n = q v_b q* (docs/algorithms.md section 0). */
 #ifndef AHRS_QUAT_H
 #define AHRS_QUAT_H
 
@@ -535,7 +535,7 @@ static inline ahrs_quat ahrs_quat_from_mat3(ahrs_mat3 c) {
     return ahrs_quat_unit(q);
 }
 
-/* Roll, pitch and yaw, z-y-x order (docs/algorithms.md section 1). */
+/* Roll, pitch and yaw, z-y-x order (docs/algorithms.md section 0). */
 static inline ahrs_vec3 ahrs_quat_to_euler(ahrs_quat q) {
     const ahrs_vec3 down = ahrs_quat_down(q);
     const ahrs_real north_x = q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z;
@@ -886,7 +886,7 @@ static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const a
 }
 
 #endif
-/* Generalized complementary filter (docs/algorithms.md section 6). */
+/* Generalized complementary filter (docs/algorithms.md section 5). */
 
 /* An attitude in the form of its realisation: a quaternion (quaternion, euler), or the navigation axes seen from the
  * body, which are the rows of the rotation matrix (dcm) or the first and the last of them (vector). */
@@ -1154,6 +1154,7 @@ typedef struct {
     size_t instance_size;
     fmu_part params, inputs, outputs, state;
     uint32_t sample_time_offset;
+    double sample_time; /* s, the default as written: rounded to a float it would leave the importer's grid */
     const fmu_variable *variables; /* ascending vr */
     size_t n_variables;
     const fmu_limit *limits;
@@ -1352,7 +1353,7 @@ static void gcf_outputs(void *data) {
 
 static const fmu_model ahrs_gcf_model = {
     "gcf", "GCF", sizeof(gcf_instance), {offsetof(gcf_instance, params), sizeof(((gcf_instance *)0)->params)}, {offsetof(gcf_instance, inputs), sizeof(((gcf_instance *)0)->inputs)}, {offsetof(gcf_instance, gcf_outputs), sizeof(((gcf_instance *)0)->outputs)}, {offsetof(gcf_instance, state), sizeof(((gcf_instance *)0)->state)},
-    offsetof(gcf_instance, params.common.sample_time),
+    offsetof(gcf_instance, params.common.sample_time), 0.01,
     gcf_variables, sizeof gcf_variables / sizeof gcf_variables[0],
     gcf_limits, sizeof gcf_limits / sizeof gcf_limits[0],
     gcf_defaults, gcf_init, gcf_update, gcf_outputs};
