@@ -8,6 +8,7 @@ resembles, so that a program can catch either::
      ├── ParameterError   (ValueError)    a parameter's name or value is refused
      ├── RecordError      (ValueError)    a recording cannot be used
      ├── DesignError      (ValueError)    gains or noise levels make no sense
+     ├── CalibrationError (ValueError)    readings are unfit for a calibration
      ├── ScenarioError    (ValueError)    a scenario or a co-simulation file is wrong
      ├── MissingExtraError (ImportError)  an optional dependency is not installed
      ├── BuildError       (RuntimeError)  compiling or packaging failed
