@@ -20,7 +20,7 @@ typedef struct {
     ahrs_real rotor_height; /* Rotor plane above the centre of mass [m] */
     ahrs_real thrust_coefficient; /* Thrust over squared rotor speed [N.s2/rad2] */
     ahrs_real torque_coefficient; /* Drag torque over squared rotor speed [N.m.s2/rad2] */
-    ahrs_real rotor_drag_coefficient; /* Force in the rotor plane over rotor speed and air speed [N.s2/(m.rad)] */
+    ahrs_real rotor_drag_coefficient; /* Force in the rotor plane over rotor speed and air speed [N.s2/m/rad] */
     ahrs_real rotor_inertia; /* Inertia of a rotor about its shaft [kg.m2] */
     ahrs_real rotor_time_constant; /* Time constant of the rotor speed [s] */
     ahrs_real rotor_speed_min; /* Lowest rotor speed that is obeyed [rad/s] */

@@ -36,7 +36,7 @@ package Parameters "Defaults of the models, generated from their descriptors"
     constant Real kp = 0.5 "Proportional gain: about the crossover frequency between accelerometer/magnetometer and gyroscope [rad/s]";
     constant Real ki = 0.1 "Integral gain: how fast the gyroscope bias is learned; 0 makes the filter first order [rad2/s2]";
     constant Real kii = 0.0 "Double integral gain: follows a ramp of the gyroscope bias; 0 leaves the filter second order [rad3/s3]";
-    constant Real bias_limit = 0.2 "Largest gyroscope bias that is learned, per axis [rad/s]";
+    constant Real bias_limit = 1.0 "Largest gyroscope bias that is learned, per axis [rad/s]";
     constant Real kg = 1.0 "Weight of the gravity error, used when error is coupled";
     constant Real kh = 1.0 "Weight of the magnetic field error, used when error is coupled";
     annotation(Documentation(info = "<html><p>Defaults of the model <code>gcf</code>.</p></html>"));
@@ -112,7 +112,7 @@ package Parameters "Defaults of the models, generated from their descriptors"
     constant Real rotor_height = 0.03 "Rotor plane above the centre of mass [m]";
     constant Real thrust_coefficient = 1.3e-05 "Thrust over squared rotor speed [N.s2/rad2]";
     constant Real torque_coefficient = 2.35e-07 "Drag torque over squared rotor speed [N.m.s2/rad2]";
-    constant Real rotor_drag_coefficient = 0.00015 "Force in the rotor plane over rotor speed and air speed [N.s2/(m.rad)]";
+    constant Real rotor_drag_coefficient = 0.00015 "Force in the rotor plane over rotor speed and air speed [N.s2/m/rad]";
     constant Real rotor_inertia = 3e-05 "Inertia of a rotor about its shaft [kg.m2]";
     constant Real rotor_time_constant = 0.03 "Time constant of the rotor speed [s]";
     constant Real rotor_speed_min = 100.0 "Lowest rotor speed that is obeyed [rad/s]";

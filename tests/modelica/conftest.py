@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from modelica_libraries import ROOT, Simulation, simulated
+
+from loop_fmus import LoopFmus
 
 
 @pytest.fixture(scope="session")
@@ -21,3 +23,11 @@ def plots() -> Path:
     folder = ROOT / "build" / "modelica"
     folder.mkdir(parents=True, exist_ok=True)
     return folder
+
+
+@pytest.fixture(scope="session")
+def loop_fmu(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LoopFmus]:
+    """The FMUs of the loop."""
+    fmus = LoopFmus(tmp_path_factory.mktemp("loop"))
+    yield fmus
+    fmus.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from pathlib import Path
 
 import control
@@ -11,9 +12,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from modelica_libraries import Array, Simulation
+from numpy.typing import ArrayLike
 
 from ahrs_fmu import descriptors, quaternion
 from ahrs_fmu.native import NativeModel
+from loop_fmus import LoopFmus
 
 Simulate = Callable[[str], Simulation]
 
@@ -68,15 +71,14 @@ def test_a_rigid_body_without_forces_keeps_momentum_and_energy(simulate: Simulat
     assert np.abs(np.linalg.norm(y["body.q"], axis=1) - 1.0).max() < 1e-9
 
 
-def test_the_quadrotor_flies_as_the_one_in_c(simulate: Simulate, plots: Path) -> None:
+def test_the_quadrotor_flies_as_the_fmu(simulate: Simulate, plots: Path, loop_fmu: LoopFmus) -> None:
     y = simulate("AHRSTest.QuadrotorFlight")
     ticks = len(y.time) - 1
     assert ticks == 2500
     # Row k holds what the commands set at tick k - 1 led to, as the C model does.
     inputs = {"rotor_speed_command": y["command"][:-1], "wind": y["wind"][:-1]}
-    ours = native("quadrotor").run(
-        np.full(ticks, TICK), inputs, ["q", "position", "velocity", "specific_force"]
-    )
+    with closing(loop_fmu("quadrotor", "3").instantiate()) as fmu:
+        ours = fmu.replay(inputs, ["q", "position", "velocity"], TICK)
     angle = rotation_between(y["quadrotor.q"][1:], ours["q"])
     apart = np.linalg.norm(y["quadrotor.position"][1:] - ours["position"], axis=1)
     euler = quaternion.to_euler(y["quadrotor.q"][1:]), quaternion.to_euler(ours["q"])
@@ -133,9 +135,7 @@ def test_mahony_follows_its_own_equations(simulate: Simulate) -> None:
         field = c @ mag[k]
         error = np.cross(accel[k] / np.linalg.norm(accel[k]), -c[2]) - field[1] / np.hypot(*field[:2]) * c[2]
         bias = bias - 0.1 * dt * error
-        q = quaternion.normalise(
-            quaternion.multiply(q, quaternion.exp(dt * (gyro[k] - bias + 1.0 * error)))
-        )
+        q = quaternion.normalise(quaternion.multiply(q, quaternion.exp(dt * (gyro[k] - bias + 1.0 * error))))
     assert rotation_between(y["mahony.q"][-1], q) < 1e-10
     assert np.abs(y["mahony.gyro_bias"][-1] - bias).max() < 1e-12
 
@@ -255,53 +255,60 @@ def test_the_faster_filter_levels_the_horizon_in_a_turn(simulate: Simulate) -> N
     assert np.abs(y["imu.specific_force"][in_turn, 1]).max() < 1e-9
 
 
-def loop_in_c(ticks: int) -> dict[str, Array]:
-    """The example's loop with the C models, in the order of docs/vehicle.md section 4."""
-    plant, controller = native("quadrotor"), native("attitude_controller")
-    imu, filter_ = native("imu", errors=False), native("gcf", sample_time=TICK)
+def loop_of_fmus(loop_fmu: LoopFmus, ticks: int) -> dict[str, Array]:
+    """The example's loop with FMUs of FMI 3, in the order of docs/vehicle.md section 4."""
+    plant, controller = (
+        loop_fmu("quadrotor", "3").instantiate(),
+        loop_fmu("attitude_controller", "3").instantiate(),
+    )
+    imu = loop_fmu("imu", "3").instantiate({"errors": False})
+    estimator = loop_fmu("gcf", "3").instantiate({"sample_time": TICK})
     rows: dict[str, list[Array]] = {"q": [], "estimate": [], "position": []}
-    controller.compute_outputs()
+    controller.initialise()
     for k in range(1, ticks + 1):
         plant.set("rotor_speed_command", controller.get("rotor_speed_command"))
-        plant.update(TICK)
-        plant.compute_outputs()
+        plant.step(TICK)
         for name in ("q", "rate", "specific_force", "rotor_speed"):
             imu.set(name, plant.get(name))
-        imu.update(TICK)
-        imu.compute_outputs()
+        imu.step(TICK)
         for name in ("gyro", "accel", "mag"):
-            filter_.set(name, imu.get(name))
-        filter_.update(TICK)
-        filter_.compute_outputs()
-        time = k * TICK
-        roll, pitch, yaw = 0.3 * np.sin(1.5 * time), 0.2 * np.sin(1.1 * time), 0.5 * np.sin(0.4 * time)
-        d_roll, d_pitch, d_yaw = (
-            0.45 * np.cos(1.5 * time),
-            0.22 * np.cos(1.1 * time),
-            0.2 * np.cos(0.4 * time),
-        )
-        controller.set("q_ref", quaternion.from_euler([roll, pitch, yaw]))
-        controller.set("rate_ref", [
-            d_roll - np.sin(pitch) * d_yaw,
-            np.cos(roll) * d_pitch + np.sin(roll) * np.cos(pitch) * d_yaw,
-            -np.sin(roll) * d_pitch + np.cos(roll) * np.cos(pitch) * d_yaw,
-        ])  # fmt: skip
-        controller.set("thrust", 9.80665 / (np.cos(roll) * np.cos(pitch)))
-        controller.set("q", filter_.get("q"))
-        controller.set("rate", filter_.get("rate"))
-        controller.update(TICK)
-        controller.compute_outputs()
+            estimator.set(name, imu.get(name))
+        estimator.step(TICK)
+        for name, value in references(k * TICK).items():
+            controller.set(name, value)
+        for name in ("q", "rate"):
+            controller.set(name, estimator.get(name))
+        controller.step(TICK)
         rows["q"].append(plant.get("q"))
-        rows["estimate"].append(filter_.get("q"))
+        rows["estimate"].append(estimator.get("q"))
         rows["position"].append(plant.get("position"))
+    for stepper in (plant, controller, imu, estimator):
+        stepper.close()
     return {name: np.array(values) for name, values in rows.items()}
 
 
-def test_the_closed_loop_flies_as_the_loop_of_c_models(simulate: Simulate, plots: Path) -> None:
+def references(time: float) -> dict[str, ArrayLike]:
+    """Attitude, rate and thrust that the example asks for."""
+    roll, pitch, yaw = 0.3 * np.sin(1.5 * time), 0.2 * np.sin(1.1 * time), 0.5 * np.sin(0.4 * time)
+    d_roll, d_pitch, d_yaw = 0.45 * np.cos(1.5 * time), 0.22 * np.cos(1.1 * time), 0.2 * np.cos(0.4 * time)
+    return {
+        "q_ref": quaternion.from_euler([roll, pitch, yaw]),
+        "rate_ref": [
+            d_roll - np.sin(pitch) * d_yaw,
+            np.cos(roll) * d_pitch + np.sin(roll) * np.cos(pitch) * d_yaw,
+            -np.sin(roll) * d_pitch + np.cos(roll) * np.cos(pitch) * d_yaw,
+        ],
+        "thrust": 9.80665 / (np.cos(roll) * np.cos(pitch)),
+    }
+
+
+def test_the_closed_loop_flies_as_the_loop_of_fmus(
+    simulate: Simulate, plots: Path, loop_fmu: LoopFmus
+) -> None:
     y = simulate("AHRS.Examples.ClosedLoopQuadrotor")
     ticks = len(y.time) - 1
     assert ticks == 2500
-    ours = loop_in_c(ticks)
+    ours = loop_of_fmus(loop_fmu, ticks)
     angle = rotation_between(y["quadrotor.q"][1:], ours["q"])
     estimate = rotation_between(y["filter.q"][1:], ours["estimate"])
     euler = quaternion.to_euler(ours["q"])

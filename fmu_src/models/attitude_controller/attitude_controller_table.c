@@ -119,7 +119,7 @@ static void update(void *data, ahrs_real dt) {
     ahrs_attitude_controller_update(&i->state, &i->params, &i->inputs, dt);
 }
 
-static void outputs(void *data) {
+static void compute_outputs(void *data) {
     instance *i = data;
     ahrs_attitude_controller_outputs(&i->state, &i->params, &i->outputs);
 }
@@ -130,4 +130,4 @@ const fmu_model ahrs_attitude_controller_model = {
     offsetof(instance, params.sample_time), 0.004,
     variables, sizeof variables / sizeof variables[0],
     limits, sizeof limits / sizeof limits[0],
-    defaults, init, update, outputs};
+    defaults, init, update, compute_outputs};

@@ -159,7 +159,7 @@ static void update(void *data, ahrs_real dt) {
     ahrs_quadrotor_update(&i->state, &i->params, &i->inputs, dt);
 }
 
-static void outputs(void *data) {
+static void compute_outputs(void *data) {
     instance *i = data;
     ahrs_quadrotor_outputs(&i->state, &i->params, &i->outputs);
 }
@@ -170,4 +170,4 @@ const fmu_model ahrs_quadrotor_model = {
     offsetof(instance, params.sample_time), 0.004,
     variables, sizeof variables / sizeof variables[0],
     limits, sizeof limits / sizeof limits[0],
-    defaults, init, update, outputs};
+    defaults, init, update, compute_outputs};

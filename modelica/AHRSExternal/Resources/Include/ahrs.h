@@ -1173,7 +1173,7 @@ typedef struct {
 typedef struct {
     ahrs_gcf_params params;
     ahrs_gcf_inputs inputs;
-    ahrs_gcf_outputs_t gcf_outputs;
+    ahrs_gcf_outputs_t outputs;
     ahrs_gcf_state state;
 } gcf_instance;
 
@@ -1183,17 +1183,17 @@ static const fmu_variable gcf_variables[] = {
     {"mag", 7, 3, offsetof(gcf_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
     {"accel_valid", 10, 1, offsetof(gcf_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
     {"mag_valid", 11, 1, offsetof(gcf_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
-    {"q", 100, 4, offsetof(gcf_instance, gcf_outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
-    {"roll", 104, 1, offsetof(gcf_instance, gcf_outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
-    {"pitch", 105, 1, offsetof(gcf_instance, gcf_outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
-    {"yaw", 106, 1, offsetof(gcf_instance, gcf_outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
-    {"rate", 107, 3, offsetof(gcf_instance, gcf_outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
-    {"gyro_bias", 110, 3, offsetof(gcf_instance, gcf_outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
-    {"motion_accel", 113, 3, offsetof(gcf_instance, gcf_outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
-    {"status", 119, 1, offsetof(gcf_instance, gcf_outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
-    {"gyro_held", 120, 1, offsetof(gcf_instance, gcf_outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
-    {"accel_used", 121, 1, offsetof(gcf_instance, gcf_outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
-    {"mag_used", 122, 1, offsetof(gcf_instance, gcf_outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(gcf_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(gcf_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(gcf_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(gcf_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(gcf_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(gcf_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(gcf_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(gcf_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(gcf_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(gcf_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(gcf_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
     {"sample_time", 200, 1, offsetof(gcf_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
     {"frame", 201, 1, offsetof(gcf_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
     {"declination", 202, 1, offsetof(gcf_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
@@ -1311,7 +1311,7 @@ static inline void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
     p->kp = AHRS_C(0.5);
     p->ki = AHRS_C(0.1);
     p->kii = AHRS_C(0.0);
-    p->bias_limit = AHRS_C(0.2);
+    p->bias_limit = AHRS_C(1.0);
     p->realisation = 0;
     p->form = 0;
     p->error = 0;
@@ -1346,17 +1346,17 @@ static void gcf_update(void *data, ahrs_real dt) {
     ahrs_gcf_update(&i->state, &i->params, &i->inputs, dt);
 }
 
-static void gcf_outputs(void *data) {
+static void gcf_compute_outputs(void *data) {
     gcf_instance *i = data;
     ahrs_gcf_outputs(&i->state, &i->params, &i->outputs);
 }
 
 static const fmu_model ahrs_gcf_model = {
-    "gcf", "GCF", sizeof(gcf_instance), {offsetof(gcf_instance, params), sizeof(((gcf_instance *)0)->params)}, {offsetof(gcf_instance, inputs), sizeof(((gcf_instance *)0)->inputs)}, {offsetof(gcf_instance, gcf_outputs), sizeof(((gcf_instance *)0)->outputs)}, {offsetof(gcf_instance, state), sizeof(((gcf_instance *)0)->state)},
+    "gcf", "GCF", sizeof(gcf_instance), {offsetof(gcf_instance, params), sizeof(((gcf_instance *)0)->params)}, {offsetof(gcf_instance, inputs), sizeof(((gcf_instance *)0)->inputs)}, {offsetof(gcf_instance, outputs), sizeof(((gcf_instance *)0)->outputs)}, {offsetof(gcf_instance, state), sizeof(((gcf_instance *)0)->state)},
     offsetof(gcf_instance, params.common.sample_time), 0.01,
     gcf_variables, sizeof gcf_variables / sizeof gcf_variables[0],
     gcf_limits, sizeof gcf_limits / sizeof gcf_limits[0],
-    gcf_defaults, gcf_init, gcf_update, gcf_outputs};
+    gcf_defaults, gcf_init, gcf_update, gcf_compute_outputs};
 
 static const fmu_model *const ahrs_models[] = {
     &ahrs_gcf_model,
