@@ -85,9 +85,10 @@ typedef struct {
 } ahrs_imu_outputs_t;
 
 typedef struct {
-    ahrs_real last_q[4]; /* Attitude at the last sample [1] */
+    ahrs_real last_q[4]; /* Last usable attitude [1] */
+    ahrs_real last_force[3]; /* Last usable specific force [m/s2] */
     ahrs_real phase[4]; /* Angles of the rotors [rad] */
-    ahrs_real last_rotor_speed[4]; /* Rotor speeds at the last sample [rad/s] */
+    ahrs_real last_rotor_speed[4]; /* Last usable rotor speeds [rad/s] */
     ahrs_real gyro_walk[3]; /* Random walk of the bias of the gyroscope [rad/s] */
     ahrs_real gyro_wander[3]; /* Wandering bias of the gyroscope [rad/s] */
     ahrs_real gyro_low_pass[3]; /* Output of the low-pass in the gyroscope [rad/s] */

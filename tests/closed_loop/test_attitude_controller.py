@@ -150,11 +150,20 @@ def test_the_integral_waits_while_the_mixer_cuts() -> None:
     assert effect(command(model, rate=[0.0, 0.0, 0.0]))[1][0] == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("broken", [{"q": [np.nan, 0, 0, 0]}, {"rate": [0, np.inf, 0]}, {"thrust": np.nan}])
-def test_inputs_that_are_no_number_hold_the_last_command(broken: dict[str, ArrayLike]) -> None:
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
+@pytest.mark.parametrize("name", ["q", "q_ref", "rate", "rate_ref", "angular_acceleration_ref", "thrust"])
+def test_inputs_that_cannot_be_hold_the_last_command(name: str, value: float) -> None:
     model = native("attitude_controller")
     last = command(model, q=quaternion.exp([0.01, 0.02, 0.0]))
-    assert np.array_equal(command(model, **broken), last)
+    kept = np.array(model.get(name))
+    assert np.array_equal(command(model, **{name: np.full_like(kept, value)}), last)
+    assert not np.array_equal(command(model, **{name: kept, "thrust": 10.0}), last)
+
+
+def test_an_estimate_without_an_attitude_is_not_obeyed() -> None:
+    model = native("attitude_controller")
+    last = command(model, q=quaternion.exp([0.01, 0.02, 0.0]))
+    assert np.array_equal(command(model, q=[0.0, 0.0, 0.0, 0.0]), last)
 
 
 def flight(seconds: float) -> dict[str, Array]:

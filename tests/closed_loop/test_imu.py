@@ -244,6 +244,23 @@ def test_a_step_that_is_no_time_takes_no_sample(dt: float) -> None:
     assert native.save() == before
 
 
+@pytest.mark.parametrize("broken", [np.nan, np.inf, -np.inf, 1e300])
+@pytest.mark.parametrize("name", ["q", "rate", "force", "rotor_speed"])
+def test_truth_that_cannot_be_is_forgotten(name: str, broken: float) -> None:
+    rows = 60
+    q, rate, force = motion(rows, 0.004)
+    inputs = {"q": q, "rate": rate, "force": force, "rotor_speed": np.full((rows, 4), 430.0)}
+    whole = run(model(), 0.004, **inputs)
+    inputs[name] = inputs[name].copy()
+    inputs[name][20:23] = broken
+    hurt = run(model(), 0.004, **inputs)
+    assert all(np.isfinite(column).all() for column in hurt.values())
+    # The vibration goes on from another angle after rotor speeds that were held.
+    tolerance = {"gyro": 0.01, "accel": 0.01, "mag": 1e-6} if name != "rotor_speed" else {"mag": 0.0}
+    for triad, limit in tolerance.items():
+        assert np.abs(hurt[triad] - whole[triad])[40:].max() <= limit
+
+
 def test_states_saved_and_restored_give_the_same_samples() -> None:
     q, rate, force = motion(200, 0.004)
     native = model(**of_sensor(everything()))

@@ -239,7 +239,8 @@ def test_without_ground_the_vehicle_falls_through_zero_height() -> None:
     assert y["position"][-1, 2] > 4.0
 
 
-def test_commands_and_wind_that_are_no_number_leave_the_last_ones_standing() -> None:
+@pytest.mark.parametrize("wind", [[np.nan, 0.0, 0.0], [0.0, np.inf, 0.0], [0.0, 0.0, -1e30]])
+def test_commands_and_wind_that_cannot_be_leave_the_last_ones_standing(wind: list[float]) -> None:
     native = model()
     native.set("rotor_speed_command", [440.0, 430.0, 435.0, 436.0])
     native.set("wind", [1.0, 2.0, 3.0])
@@ -250,7 +251,7 @@ def test_commands_and_wind_that_are_no_number_leave_the_last_ones_standing() -> 
     expected = native.get("rate")
     native.restore(kept)
     native.set("rotor_speed_command", [np.nan, np.inf, -np.inf, np.nan])
-    native.set("wind", [np.nan, 0.0, 0.0])
+    native.set("wind", wind)
     native.update(TICK)
     native.compute_outputs()
     assert np.array_equal(native.get("rate"), expected)

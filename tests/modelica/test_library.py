@@ -152,6 +152,14 @@ def test_wrong_models_are_rejected_for_the_right_reason(file: Path) -> None:
         session().loads(file.read_text(), model=file.stem)
 
 
+def test_the_example_of_the_page_compiles() -> None:
+    page = (MODELICA.parent / "docs" / "modelica.md").read_text()
+    block = next(
+        code for code in re.findall(r"```modelica\n(.*?)```", page, re.DOTALL) if code.startswith("block")
+    )
+    assert session().loads(block, model="GyroOnly").states.names == ["q"]
+
+
 def test_pymoca_rejects_what_is_not_modelica() -> None:
     with pytest.raises(ModelicaSyntaxError):
         parse(next(file for file in REJECTED if file.stem == "NotModelica").read_text())

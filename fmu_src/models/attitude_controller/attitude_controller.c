@@ -5,6 +5,11 @@
 #define ROTORS 4
 #define SQRT_HALF AHRS_C(0.70710678118654752440)
 
+/* Larger inputs, and those that are no number, are not obeyed: the last command stands. */
+#define RATE_LIMIT AHRS_C(1e3)         /* rad/s */
+#define ACCELERATION_LIMIT AHRS_C(1e5) /* rad/s2 */
+#define THRUST_LIMIT AHRS_C(1e6)       /* N */
+
 /* Front right, rear left, front left, rear right: sign of a rotor's thrust in the moments about x, y and z. */
 static const ahrs_real SIGN[ROTORS][3] = {{-1, 1, 1}, {1, -1, 1}, {1, 1, -1}, {-1, -1, -1}};
 
@@ -78,11 +83,19 @@ void ahrs_attitude_controller_init(ahrs_attitude_controller_state *s, const ahrs
     s->saturated = 0;
 }
 
+static bool is_within(const ahrs_real v[3], ahrs_real limit) {
+    return ahrs_abs(v[0]) <= limit && ahrs_abs(v[1]) <= limit && ahrs_abs(v[2]) <= limit;
+}
+
+static bool is_attitude(const ahrs_real q[4]) {
+    const ahrs_real norm2 = ahrs_quat_dot(ahrs_quat_of(q), ahrs_quat_of(q));
+    return norm2 > AHRS_C(0.5) && norm2 < 2;
+}
+
 static bool usable(const ahrs_attitude_controller_inputs *u) {
-    const ahrs_quat q = ahrs_quat_of(u->q), r = ahrs_quat_of(u->q_ref);
-    return ahrs_is_finite(ahrs_quat_dot(q, q)) && ahrs_is_finite(ahrs_quat_dot(r, r)) && ahrs_is_finite(u->thrust) &&
-           ahrs_vec3_is_finite(ahrs_vec3_of(u->rate)) && ahrs_vec3_is_finite(ahrs_vec3_of(u->rate_ref)) &&
-           ahrs_vec3_is_finite(ahrs_vec3_of(u->angular_acceleration_ref));
+    return is_attitude(u->q) && is_attitude(u->q_ref) && is_within(u->rate, RATE_LIMIT) &&
+           is_within(u->rate_ref, RATE_LIMIT) && is_within(u->angular_acceleration_ref, ACCELERATION_LIMIT) &&
+           ahrs_abs(u->thrust) <= THRUST_LIMIT;
 }
 
 void ahrs_attitude_controller_update(ahrs_attitude_controller_state *s, const ahrs_attitude_controller_params *p,

@@ -8,6 +8,10 @@
 #define HISTORY 32 /* readings in the ring of a triad */
 #define TWO_PI (2 * AHRS_PI)
 
+/* Larger truths are not physical; like those that are no number they leave the last ones standing. */
+#define FORCE_LIMIT AHRS_C(1e6) /* m/s2 */
+#define SPEED_LIMIT AHRS_C(1e5) /* rad/s, of a rotor and of the body */
+
 /* Random streams: eight for each triad, then one for each rotor. */
 enum { STREAM_GYRO = 0, STREAM_ACCEL = 8, STREAM_MAG = 16, STREAM_ROTOR = 24, STREAM_SLOW = 4 };
 
@@ -128,7 +132,8 @@ typedef struct {
 static vibration shaken(ahrs_imu_state *s, const ahrs_imu_params *p, const ahrs_imu_inputs *u, const instant *now) {
     vibration v = {{0, 0, 0}, {0, 0, 0}};
     for (int i = 0; i < ROTORS; i++) {
-        const ahrs_real speed = ahrs_is_finite(u->rotor_speed[i]) ? u->rotor_speed[i] : s->last_rotor_speed[i];
+        const bool usable = ahrs_abs(u->rotor_speed[i]) <= SPEED_LIMIT;
+        const ahrs_real speed = usable ? u->rotor_speed[i] : s->last_rotor_speed[i];
         if (now->count == 0) {
             double start[2];
             ahrs_random_uniform_pair(now->seed, STREAM_ROTOR + (uint64_t)i, 0, start);
@@ -164,12 +169,25 @@ static ahrs_vec3 with_iron(const ahrs_imu_params *p, ahrs_vec3 field) {
     return ahrs_vec3_add(ahrs_mat3_apply(soft, field), ahrs_vec3_of(p->hard_iron));
 }
 
-/* A gyroscope that integrates: mean rate since the last sample. */
-static ahrs_vec3 mean_rate(const ahrs_imu_state *s, const ahrs_imu_inputs *u, const instant *now, ahrs_quat q) {
-    if (now->count == 0) {
-        return ahrs_vec3_of(u->rate);
+static bool is_within(const ahrs_real v[3], ahrs_real limit) {
+    return ahrs_abs(v[0]) <= limit && ahrs_abs(v[1]) <= limit && ahrs_abs(v[2]) <= limit;
+}
+
+/* Attitude, scaled to unit length, and specific force of this sample go into the state. Gives the rate as a gyroscope
+ * that integrates has it: the mean since the last sample. */
+static ahrs_vec3 take_motion(ahrs_imu_state *s, const ahrs_imu_inputs *u, const instant *now) {
+    const ahrs_quat last = ahrs_quat_of(s->last_q), q = ahrs_quat_of(u->q);
+    const ahrs_real norm2 = ahrs_quat_dot(q, q);
+    if (norm2 > 0 && ahrs_is_finite(norm2)) {
+        ahrs_quat_to(s->last_q, ahrs_quat_unit(q));
     }
-    const ahrs_quat turn = ahrs_quat_mul(ahrs_quat_conj(ahrs_quat_of(s->last_q)), q);
+    if (is_within(u->specific_force, FORCE_LIMIT)) {
+        ahrs_vec3_to(s->last_force, ahrs_vec3_of(u->specific_force));
+    }
+    if (now->count == 0) {
+        return is_within(u->rate, SPEED_LIMIT) ? ahrs_vec3_of(u->rate) : (ahrs_vec3){0, 0, 0};
+    }
+    const ahrs_quat turn = ahrs_quat_mul(ahrs_quat_conj(last), ahrs_quat_of(s->last_q));
     return ahrs_vec3_scale(ahrs_quat_log(turn), 1 / now->dt);
 }
 
@@ -186,14 +204,13 @@ void ahrs_imu_init(ahrs_imu_state *s, const ahrs_imu_params *p) {
 }
 
 void ahrs_imu_update(ahrs_imu_state *s, const ahrs_imu_params *p, const ahrs_imu_inputs *u, ahrs_real dt) {
-    const ahrs_quat q = ahrs_quat_of(u->q);
-    if (!(dt > 0 && ahrs_is_finite(dt) && ahrs_quat_dot(q, q) > 0)) {
+    if (!(dt > 0 && ahrs_is_finite(dt))) {
         return;
     }
     const instant now = {(uint64_t)p->seed, s->count, dt};
-    const ahrs_vec3 rate = mean_rate(s, u, &now, q);
-    const ahrs_vec3 force = ahrs_vec3_of(u->specific_force);
-    const ahrs_vec3 field = earth_field(p, q);
+    const ahrs_vec3 rate = take_motion(s, u, &now);
+    const ahrs_vec3 force = ahrs_vec3_of(s->last_force);
+    const ahrs_vec3 field = earth_field(p, ahrs_quat_of(s->last_q));
     if (p->errors) {
         const vibration v = shaken(s, p, u, &now);
         const triad gyro = TRIAD(s, p, gyro, STREAM_GYRO);
@@ -205,7 +222,6 @@ void ahrs_imu_update(ahrs_imu_state *s, const ahrs_imu_params *p, const ahrs_imu
     } else {
         sample_perfectly(s, rate, force, field);
     }
-    ahrs_quat_to(s->last_q, q);
     s->count = s->count == INT32_MAX ? s->count : s->count + 1;
 }
 

@@ -12,6 +12,7 @@ static const struct {
 
 #define SQRT_HALF AHRS_C(0.70710678118654752440)
 #define MOST_INNER_STEPS AHRS_C(1e6)
+#define WIND_LIMIT AHRS_C(1e3) /* m/s, per axis */
 
 /* The integrated state, and its rate of change in the same members. */
 typedef struct {
@@ -158,15 +159,16 @@ static void feel(ahrs_quadrotor_state *s, const ahrs_quadrotor_params *p) {
     ahrs_vec3_to(s->specific_force, ahrs_vec3_add_scaled(lever, 1 / p->mass, w.force));
 }
 
-/* A command or a wind that is no number leaves the last one standing. */
+/* A command that is no number, or a wind that cannot be, leaves the last one standing. */
 static void take_inputs(ahrs_quadrotor_state *s, const ahrs_quadrotor_params *p, const ahrs_quadrotor_inputs *u) {
     for (int i = 0; i < ROTORS; i++) {
         if (ahrs_is_finite(u->rotor_speed_command[i])) {
             s->command[i] = ahrs_clamp(u->rotor_speed_command[i], p->rotor_speed_min, p->rotor_speed_max);
         }
     }
-    if (ahrs_vec3_is_finite(ahrs_vec3_of(u->wind))) {
-        ahrs_vec3_to(s->wind, ahrs_vec3_of(u->wind));
+    const ahrs_vec3 wind = ahrs_vec3_of(u->wind);
+    if (ahrs_abs(wind.x) <= WIND_LIMIT && ahrs_abs(wind.y) <= WIND_LIMIT && ahrs_abs(wind.z) <= WIND_LIMIT) {
+        ahrs_vec3_to(s->wind, wind);
     }
 }
 
