@@ -37,13 +37,15 @@ def multiply(p: ArrayLike, q: ArrayLike) -> Array:
 
 def conjugate(q: ArrayLike) -> Array:
     """Conjugate (..., 4): the inverse rotation of a unit quaternion."""
-    return _array(q) * np.array([1.0, -1.0, -1.0, -1.0])
+    conjugated: Array = _array(q) * np.array([1.0, -1.0, -1.0, -1.0])
+    return conjugated
 
 
 def normalise(q: ArrayLike) -> Array:
     """Scale (..., 4) to unit length."""
     q = _array(q)
-    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+    unit: Array = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    return unit
 
 
 def exp(v: ArrayLike) -> Array:

@@ -1,0 +1,218 @@
+/* Generalized complementary filter (docs/algorithms.md section 6). */
+#include "ahrs_gcf.h"
+#include "estimator.h"
+
+/* An attitude in the form of its realisation: a quaternion (quaternion, euler), or the navigation axes seen from the
+ * body, which are the rows of the rotation matrix (dcm) or the first and the last of them (vector). */
+typedef struct {
+    int32_t realisation;
+    ahrs_quat q;
+    ahrs_mat3 c;
+} attitude;
+
+/* The axes that errors are formed with, seen from the body. */
+typedef struct {
+    ahrs_vec3 north, down;
+} nav_axes;
+
+enum { NORTH, EAST, DOWN };
+
+AHRS_INLINE bool has_axes(int32_t realisation) {
+    return realisation == AHRS_GCF_REALISATION_VECTOR || realisation == AHRS_GCF_REALISATION_DCM;
+}
+
+AHRS_INLINE attitude attitude_from(int32_t realisation, ahrs_quat q) {
+    attitude a = {.realisation = realisation, .q = q};
+    if (has_axes(realisation)) {
+        a.c = ahrs_quat_to_mat3(q);
+    }
+    return a;
+}
+
+AHRS_INLINE attitude load(const ahrs_gcf_state *s, int32_t realisation) {
+    attitude a = {.realisation = realisation};
+    if (has_axes(realisation)) {
+        for (int32_t i = NORTH; i <= DOWN; i++) {
+            a.c.row[i] = ahrs_vec3_of(&s->store[3 * i]);
+        }
+    } else if (realisation == AHRS_GCF_REALISATION_EULER) {
+        a.q = ahrs_quat_from_euler(ahrs_vec3_of(s->store));
+    } else {
+        a.q = ahrs_quat_of(s->common.q);
+    }
+    return a;
+}
+
+AHRS_INLINE void store(ahrs_gcf_state *s, attitude a) {
+    if (has_axes(a.realisation)) {
+        for (int32_t i = NORTH; i <= DOWN; i++) {
+            ahrs_vec3_to(&s->store[3 * i], a.c.row[i]);
+        }
+    } else if (a.realisation == AHRS_GCF_REALISATION_EULER) {
+        ahrs_vec3_to(s->store, ahrs_quat_to_euler(a.q));
+    }
+}
+
+AHRS_INLINE ahrs_quat quaternion_of(attitude a) {
+    if (a.realisation == AHRS_GCF_REALISATION_VECTOR) {
+        a.c.row[EAST] = ahrs_vec3_cross(a.c.row[DOWN], a.c.row[NORTH]);
+    }
+    return has_axes(a.realisation) ? ahrs_quat_from_mat3(a.c) : a.q;
+}
+
+AHRS_INLINE nav_axes axes_of(attitude a) {
+    if (has_axes(a.realisation)) {
+        return (nav_axes){a.c.row[NORTH], a.c.row[DOWN]};
+    }
+    return (nav_axes){ahrs_quat_north(a.q), ahrs_quat_down(a.q)};
+}
+
+/* Seen from the body, axes fixed in space turn backwards as the body turns by r. The two vectors are kept of unit length
+ * and at right angles; down leads, because it is the better known. */
+static ahrs_mat3 rotated_vectors(ahrs_mat3 c, ahrs_quat r) {
+    const ahrs_vec3 down = ahrs_vec3_unit(ahrs_quat_rotate_back(r, c.row[DOWN]));
+    const ahrs_vec3 turned = ahrs_quat_rotate_back(r, c.row[NORTH]);
+    const ahrs_vec3 north = ahrs_vec3_unit(ahrs_vec3_add_scaled(turned, -ahrs_vec3_dot(turned, down), down));
+    return (ahrs_mat3){{north, c.row[EAST], down}};
+}
+
+/* C R(r), then one step C := (3 C - C C' C)/2 towards the nearest rotation matrix. */
+static ahrs_mat3 rotated_matrix(ahrs_mat3 c, ahrs_quat r) {
+    const ahrs_mat3 turned = ahrs_mat3_mul(c, ahrs_quat_to_mat3(r));
+    ahrs_mat3 refined;
+    for (int32_t i = NORTH; i <= DOWN; i++) {
+        const ahrs_vec3 back = ahrs_mat3_apply_transposed(turned, ahrs_mat3_apply(turned, turned.row[i]));
+        refined.row[i] = ahrs_vec3_add_scaled(ahrs_vec3_scale(turned.row[i], AHRS_C(1.5)), AHRS_C(-0.5), back);
+    }
+    return refined;
+}
+
+/* The attitude after the body has turned by the rotation vector v. */
+AHRS_INLINE attitude rotated(attitude a, ahrs_vec3 v) {
+    const ahrs_quat r = ahrs_quat_exp(v);
+    if (has_axes(a.realisation)) {
+        a.c = a.realisation == AHRS_GCF_REALISATION_DCM ? rotated_matrix(a.c, r) : rotated_vectors(a.c, r);
+    } else {
+        a.q = ahrs_quat_mul(a.q, r);
+    }
+    return a;
+}
+
+/* Tilt from gravity, heading from the horizontal field: loop gain one on all axes. */
+AHRS_INLINE ahrs_vec3 decoupled_error(nav_axes n, const ahrs_sample *z) {
+    ahrs_vec3 e = {0, 0, 0};
+    if (z->accel_usable) {
+        e = ahrs_vec3_cross(n.down, ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
+    }
+    if (z->mag_usable) {
+        const ahrs_real x = ahrs_vec3_dot(n.north, z->mag);
+        const ahrs_real y = ahrs_vec3_dot(ahrs_vec3_cross(n.down, n.north), z->mag);
+        const ahrs_real norm2 = x * x + y * y;
+        if (norm2 > 0) {
+            e = ahrs_vec3_add_scaled(e, -y / ahrs_sqrt(norm2), n.down);
+        }
+    }
+    return e;
+}
+
+/* Both cross products, measured x expected, weighted: loop gain kg (I - gg') + kh (I - hh'). */
+static ahrs_vec3 coupled_error(const ahrs_gcf_state *s, const ahrs_gcf_params *p, nav_axes n, const ahrs_sample *z) {
+    ahrs_vec3 e = {0, 0, 0};
+    if (z->accel_usable) {
+        e = ahrs_vec3_scale(ahrs_vec3_cross(n.down, ahrs_vec3_unit(z->accel)), p->kg);
+    }
+    const ahrs_vec3 field =
+        ahrs_vec3_add_scaled(ahrs_vec3_scale(n.north, s->common.field[0]), s->common.field[1], n.down);
+    if (z->mag_usable && ahrs_vec3_norm2(field) > 0) {
+        const ahrs_vec3 cross = ahrs_vec3_cross(ahrs_vec3_unit(z->mag), ahrs_vec3_unit(field));
+        e = ahrs_vec3_add_scaled(e, p->kh, cross);
+    }
+    return e;
+}
+
+/* The rotation from the predicted attitude to the one that accelerometer and magnetometer show. Without a usable
+ * magnetometer it is the shortest one that brings down to its measured direction. */
+static ahrs_vec3 attitude_error(attitude a, const ahrs_sample *z) {
+    const ahrs_vec3 predicted = axes_of(a).down;
+    if (!z->accel_usable) {
+        return decoupled_error(axes_of(a), z);
+    }
+    if (z->mag_usable) {
+        return ahrs_quat_log(ahrs_quat_mul(ahrs_quat_conj(quaternion_of(a)), ahrs_attitude_of(z->accel, z->mag)));
+    }
+    const ahrs_vec3 measured = ahrs_vec3_unit(ahrs_vec3_negate(z->accel));
+    const ahrs_vec3 cross = ahrs_vec3_cross(measured, predicted);
+    const ahrs_real sine = ahrs_vec3_norm(cross);
+    return sine > 0 ? ahrs_vec3_scale(cross, ahrs_atan2(sine, ahrs_vec3_dot(measured, predicted)) / sine) : cross;
+}
+
+AHRS_INLINE ahrs_vec3 error_of(const ahrs_gcf_state *s, const ahrs_gcf_params *p, attitude a, const ahrs_sample *z) {
+    if (p->form == AHRS_GCF_FORM_ATTITUDE) {
+        return attitude_error(a, z);
+    }
+    return p->error == AHRS_GCF_ERROR_COUPLED ? coupled_error(s, p, axes_of(a), z) : decoupled_error(axes_of(a), z);
+}
+
+AHRS_INLINE ahrs_vec3 limited(ahrs_vec3 v, ahrs_real limit) {
+    return (ahrs_vec3){ahrs_clamp(v.x, -limit, limit), ahrs_clamp(v.y, -limit, limit), ahrs_clamp(v.z, -limit, limit)};
+}
+
+void ahrs_gcf_init(ahrs_gcf_state *s, const ahrs_gcf_params *p) {
+    (void)p;
+    *s = (ahrs_gcf_state){.bias = {0}};
+    ahrs_estimator_init(&s->common);
+}
+
+/* Rounding of a product of unit quaternions taken out; matrices and vectors are kept so by their rotation. */
+AHRS_INLINE attitude refined(attitude a) {
+    a.q = ahrs_quat_refine(a.q);
+    return a;
+}
+
+/* One prediction and one correction; the realisation is a constant wherever this is used. */
+AHRS_INLINE void step(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_sample *z, int32_t realisation) {
+    const ahrs_real T = z->gain_dt;
+    const ahrs_vec3 bias = ahrs_vec3_of(s->bias);
+    const attitude predicted = rotated(load(s, realisation), ahrs_vec3_scale(ahrs_vec3_sub(z->rate, bias), z->dt));
+    const ahrs_vec3 e = error_of(s, p, predicted, z);
+    const ahrs_vec3 drift = ahrs_vec3_add_scaled(ahrs_vec3_of(s->drift), T * p->kii, e);
+    const ahrs_vec3 slope = ahrs_vec3_add_scaled(drift, p->ki, e);
+    const attitude corrected = rotated(refined(predicted), ahrs_vec3_scale(e, p->kp * T));
+
+    ahrs_vec3_to(s->drift, drift);
+    ahrs_vec3_to(s->bias, limited(ahrs_vec3_add_scaled(bias, -T, slope), p->bias_limit));
+    store(s, corrected);
+    ahrs_estimator_end(&s->common, &p->common, z, quaternion_of(corrected));
+}
+
+void ahrs_gcf_update(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_gcf_inputs *u, ahrs_real dt) {
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_START) {
+        ahrs_vec3_to(s->bias, (ahrs_vec3){0, 0, 0});
+        ahrs_vec3_to(s->drift, (ahrs_vec3){0, 0, 0});
+    }
+    if (action == AHRS_START || action == AHRS_TURN) {
+        store(s, attitude_from(p->realisation, ahrs_quat_of(s->common.q)));
+    }
+    if (action == AHRS_START || action == AHRS_WAIT) {
+        return;
+    }
+    switch (p->realisation) {
+    case AHRS_GCF_REALISATION_VECTOR:
+        step(s, p, &z, AHRS_GCF_REALISATION_VECTOR);
+        break;
+    case AHRS_GCF_REALISATION_DCM:
+        step(s, p, &z, AHRS_GCF_REALISATION_DCM);
+        break;
+    case AHRS_GCF_REALISATION_EULER:
+        step(s, p, &z, AHRS_GCF_REALISATION_EULER);
+        break;
+    default:
+        step(s, p, &z, AHRS_GCF_REALISATION_QUATERNION);
+    }
+}
+
+void ahrs_gcf_outputs(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_gcf_outputs_t *y) {
+    ahrs_estimator_outputs(&s->common, &p->common, ahrs_vec3_of(s->bias), &y->common);
+}

@@ -1,0 +1,1 @@
+"""From descriptors and C sources to headers, FMUs and documentation."""

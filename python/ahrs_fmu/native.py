@@ -1,0 +1,273 @@
+"""The C models from Python: one sample at a time, or a whole recording in one call."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ahrs_fmu.descriptors import Descriptor, Variable
+from ahrs_fmu.sources import fmu_src
+from ahrs_fmu.toolchain import cache_folder, compile_library, fingerprint, host_platform, suffix
+
+Precision = Literal["double", "single"]
+INCLUDE_FOLDERS = ("core", "include", "estimator", "fmi", "native")
+
+
+class _Variable(ctypes.Structure):
+    """`fmu_variable` of fmi/model.h."""
+
+    _fields_ = [
+        ("name", ctypes.c_char_p),
+        ("vr", ctypes.c_uint32),
+        ("size", ctypes.c_uint32),
+        ("offset", ctypes.c_uint32),
+        ("type", ctypes.c_int),
+        ("role", ctypes.c_int),
+        ("flags", ctypes.c_uint),
+        ("min", ctypes.c_double),
+        ("max", ctypes.c_double),
+    ]
+
+
+class _Part(ctypes.Structure):
+    """`fmu_part` of fmi/model.h."""
+
+    _fields_ = [("offset", ctypes.c_size_t), ("size", ctypes.c_size_t)]
+
+
+_Hook = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
+_Update = {
+    "double": ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double),
+    "single": ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_float),
+}
+
+
+def _model_type(precision: Precision) -> type[ctypes.Structure]:
+    class Model(ctypes.Structure):
+        """`fmu_model` of fmi/model.h."""
+
+        _fields_ = [
+            ("name", ctypes.c_char_p),
+            ("title", ctypes.c_char_p),
+            ("instance_size", ctypes.c_size_t),
+            ("params", _Part),
+            ("inputs", _Part),
+            ("outputs", _Part),
+            ("state", _Part),
+            ("sample_time_offset", ctypes.c_uint32),
+            ("variables", ctypes.POINTER(_Variable)),
+            ("n_variables", ctypes.c_size_t),
+            ("limits", ctypes.c_void_p),
+            ("n_limits", ctypes.c_size_t),
+            ("defaults", _Hook),
+            ("init", _Hook),
+            ("update", _Update[precision]),
+            ("compute_outputs", _Hook),
+        ]
+
+    return Model
+
+
+class _Column(ctypes.Structure):
+    """`ahrs_column` of native/native.h."""
+
+    _fields_ = [
+        ("data", ctypes.c_void_p),
+        ("offset", ctypes.c_uint32),
+        ("size", ctypes.c_int32),
+        ("kind", ctypes.c_int32),
+    ]
+
+
+def library_sources() -> list[Path]:
+    """C files of the host library: every model with its table, and what runs them."""
+    root = fmu_src()
+    return [*sorted(root.glob("models/*/*.c")), *sorted(root.glob("native/*.c"))]
+
+
+def library_file(precision: Precision) -> Path:
+    """Path of the host library: the installed one, or one compiled from the checkout when it is stale."""
+    name = f"libahrs_{precision}{suffix(host_platform())}"
+    installed = Path(__file__).resolve().parent / "lib" / name
+    if installed.is_file():
+        return installed
+    root = fmu_src()
+    files = [*library_sources(), *(h for folder in INCLUDE_FOLDERS for h in root.glob(f"{folder}/*.h"))]
+    library = cache_folder() / "lib" / fingerprint(files, precision) / name
+    return library if library.is_file() else compile_host_library(precision, library)
+
+
+def compile_host_library(precision: Precision, output: Path) -> Path:
+    """Compile the host library in one precision to `output`."""
+    return compile_library(
+        library_sources(),
+        output,
+        include=[fmu_src() / folder for folder in INCLUDE_FOLDERS],
+        define=["AHRS_SINGLE"] if precision == "single" else [],
+        hide_symbols=False,
+    )
+
+
+@cache
+def _library(precision: Precision) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(library_file(precision)))
+    library.ahrs_native_run.restype = None
+    library.ahrs_native_run.argtypes = [
+        ctypes.c_void_p,
+        ctypes.c_void_p,
+        ctypes.c_int64,
+        ctypes.c_void_p,
+        ctypes.POINTER(_Column),
+        ctypes.c_int32,
+        ctypes.POINTER(_Column),
+        ctypes.c_int32,
+    ]
+    return library
+
+
+@dataclass(frozen=True)
+class _Slot:
+    """Where a variable is in the instance."""
+
+    variable: Variable
+    offset: int
+    view: NDArray[np.float64] | NDArray[np.float32] | NDArray[np.int32]
+
+    @property
+    def is_real(self) -> bool:
+        return self.variable.type == "real"
+
+
+class NativeModel:
+    """One instance of a C model.
+
+    Parameters
+    ----------
+    descriptor : Descriptor
+        The model.
+    precision : {"double", "single"}
+        Floating-point type of the C code.
+    """
+
+    def __init__(self, descriptor: Descriptor, precision: Precision = "double") -> None:
+        self.descriptor = descriptor
+        self._library = _library(precision)
+        self._model = _model_type(precision).in_dll(self._library, f"ahrs_{descriptor.name}_model")
+        # Aligned for doubles, and alive as long as the views below.
+        self._memory = np.zeros((self._model.instance_size + 7) // 8, dtype=np.float64)
+        self._bytes = self._memory.view(np.uint8)
+        self._address = self._memory.ctypes.data
+        self._real: type[np.float64] | type[np.float32] = np.float64 if precision == "double" else np.float32
+        self._slots = self._read_table()
+        self._model.defaults(self._address)
+        self.reset()
+
+    def _read_table(self) -> dict[str, _Slot]:
+        offsets = {row.name.decode(): row.offset for row in self._model.variables[: self._model.n_variables]}
+        return {v.name: self._slot(v, offsets[v.name]) for v in self.descriptor.variables}
+
+    def _slot(self, variable: Variable, offset: int) -> _Slot:
+        kind = np.dtype(self._real if variable.type == "real" else np.int32)
+        view = self._bytes[offset : offset + kind.itemsize * variable.size].view(kind)
+        return _Slot(variable, offset, view)
+
+    def set(self, name: str, values: ArrayLike) -> None:
+        """Write the elements of a parameter or an input; the caller has checked them."""
+        self._slots[name].view[:] = values
+
+    def get(self, name: str) -> NDArray[np.float64] | NDArray[np.int32]:
+        """Elements of a variable as they are now."""
+        slot = self._slots[name]
+        return slot.view.astype(np.float64) if slot.is_real else slot.view.astype(np.int32)
+
+    def reset(self) -> None:
+        """State as before the first sample."""
+        self._model.init(self._address)
+
+    def update(self, dt: float) -> None:
+        """Take in the inputs, `dt` seconds after the last time."""
+        self._model.update(self._address, dt)
+
+    def compute_outputs(self) -> None:
+        """Bring the output variables up to date with the state."""
+        self._model.compute_outputs(self._address)
+
+    def save(self) -> bytes:
+        """Everything the instance is, as bytes for `restore`."""
+        return self._bytes.tobytes()
+
+    def restore(self, saved: bytes) -> None:
+        """Become what `save` kept."""
+        self._bytes[:] = np.frombuffer(saved, dtype=np.uint8)
+
+    @property
+    def state_size(self) -> int:
+        """Bytes of the state."""
+        return int(self._model.state.size)
+
+    def run(
+        self, dt: ArrayLike, inputs: Mapping[str, NDArray[np.generic]], outputs: Sequence[str]
+    ) -> dict[str, NDArray[np.float64] | NDArray[np.int32]]:
+        """Run over rows of inputs in one call.
+
+        Parameters
+        ----------
+        dt : array_like, shape (N,)
+            Seconds since the row before; 0 for a first row that only initialises.
+        inputs : mapping of str to ndarray, shape (N,) or (N, size)
+            Columns of the input variables; inputs not named keep their value.
+        outputs : sequence of str
+            Output variables wanted.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Each output with shape (N,) or (N, size).
+        """
+        steps = np.ascontiguousarray(dt, dtype=np.float64)
+        rows = len(steps)
+        columns_in = {name: self._contiguous(name, column) for name, column in inputs.items()}
+        columns_out = {name: self._empty(name, rows) for name in outputs}
+        self._library.ahrs_native_run(
+            ctypes.addressof(self._model),
+            self._address,
+            rows,
+            steps.ctypes.data,
+            self._columns(columns_in),
+            len(columns_in),
+            self._columns(columns_out),
+            len(columns_out),
+        )
+        return columns_out
+
+    def _contiguous(self, name: str, column: NDArray[np.generic]) -> NDArray[np.float64] | NDArray[np.int32]:
+        if self._slots[name].is_real:
+            return np.ascontiguousarray(column, dtype=np.float64)
+        return np.ascontiguousarray(column, dtype=np.int32)
+
+    def _empty(self, name: str, rows: int) -> NDArray[np.float64] | NDArray[np.int32]:
+        slot = self._slots[name]
+        shape = (rows,) if slot.variable.size == 1 else (rows, slot.variable.size)
+        return np.empty(shape, dtype=np.float64) if slot.is_real else np.empty(shape, dtype=np.int32)
+
+    def _columns(
+        self, arrays: Mapping[str, NDArray[np.float64] | NDArray[np.int32]]
+    ) -> ctypes.Array[_Column]:
+        return (_Column * len(arrays))(
+            *(
+                _Column(
+                    a.ctypes.data,
+                    self._slots[n].offset,
+                    self._slots[n].variable.size,
+                    0 if self._slots[n].is_real else 1,
+                )
+                for n, a in arrays.items()
+            )
+        )

@@ -1,0 +1,164 @@
+"""Compiling C with the compiler of the ``ziglang`` package.
+
+No system compiler is needed, and one machine builds for every platform.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ahrs_fmu.errors import BuildError
+
+TARGETS: Mapping[str, str] = {
+    "x86_64-linux": "x86_64-linux-gnu.2.17",
+    "aarch64-linux": "aarch64-linux-gnu.2.17",
+    "x86_64-windows": "x86_64-windows-gnu",
+    "x86_64-darwin": "x86_64-macos",
+    "aarch64-darwin": "aarch64-macos",
+}
+"""Platforms by their FMI 3 names, with the compiler's names of them; old libraries run everywhere."""
+
+SUFFIXES: Mapping[str, str] = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
+
+# Contraction would round differently where a machine has a fused multiply-add; errno of the square root
+# would pull in a library call.
+FLAGS: Sequence[str] = (
+    "-std=c99",
+    "-O2",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fno-sanitize=undefined",
+    "-fno-ident",
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Wconversion",
+    "-Wdouble-promotion",
+    "-Wshadow",
+    "-Wstrict-prototypes",
+    "-Wmissing-prototypes",
+    "-Werror",
+)
+
+
+def host_platform() -> str:
+    """FMI 3 name of the platform this process runs on.
+
+    Raises
+    ------
+    BuildError
+        If it is none of `TARGETS`.
+    """
+    system = {"linux": "linux", "win32": "windows", "darwin": "darwin"}.get(sys.platform, sys.platform)
+    machine = os.uname().machine if hasattr(os, "uname") else os.environ.get("PROCESSOR_ARCHITECTURE", "")
+    name = f"{ {'AMD64': 'x86_64', 'arm64': 'aarch64'}.get(machine, machine) }-{system}"
+    if name not in TARGETS:
+        raise BuildError(f"no binaries for the platform {name}: there are {', '.join(TARGETS)}")
+    return name
+
+
+def suffix(platform: str) -> str:
+    """File name extension of a shared library on `platform`."""
+    return SUFFIXES[platform.rsplit("-", 1)[1]]
+
+
+def cache_folder() -> Path:
+    """Folder kept between builds, for the compiler and for compiled libraries."""
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    folder = (Path(base) if base else Path.home() / ".cache") / "ahrs-fmu"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        folder = Path(tempfile.gettempdir()) / "ahrs-fmu-cache"
+        folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _environment() -> dict[str, str]:
+    zig = cache_folder() / "zig"
+    return {"ZIG_GLOBAL_CACHE_DIR": str(zig), "ZIG_LOCAL_CACHE_DIR": str(zig), **os.environ}
+
+
+def compile_library(
+    sources: Sequence[Path],
+    output: Path,
+    *,
+    include: Sequence[Path] = (),
+    define: Sequence[str] = (),
+    platform: str | None = None,
+    hide_symbols: bool = True,
+) -> Path:
+    """Compile C sources into one shared library.
+
+    Parameters
+    ----------
+    sources, include : sequence of Path
+        C files, and the folders their headers are in.
+    output : Path
+        The library; its folder is made. It appears complete or not at all.
+    define : sequence of str
+        Preprocessor definitions, ``NAME`` or ``NAME=VALUE``.
+    platform : str, optional
+        One of `TARGETS`; the host by default.
+    hide_symbols : bool
+        Whether only symbols that the sources mark are exported.
+
+    Returns
+    -------
+    Path
+        `output`.
+
+    Raises
+    ------
+    BuildError
+        If the compiler is not installed, the platform is unknown or the compilation fails.
+    """
+    platform = platform or host_platform()
+    if platform not in TARGETS:
+        raise BuildError(f"unknown platform '{platform}': there are {', '.join(TARGETS)}")
+    if importlib.util.find_spec("ziglang") is None:
+        raise BuildError("compiling needs the package ziglang: install ahrs-fmu[build]")
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=output.parent) as scratch:
+        library = Path(scratch) / output.name
+        command = [
+            sys.executable,
+            "-m",
+            "ziglang",
+            "cc",
+            "-target",
+            TARGETS[platform],
+            "-shared",
+            "-s",
+            *FLAGS,
+        ]
+        if not platform.endswith("windows"):
+            command += ["-fPIC", *(["-fvisibility=hidden"] if hide_symbols else [])]
+        if platform.endswith("darwin"):
+            command += [f"-Wl,-install_name,@rpath/{output.name}"]
+        command += [f"-I{folder}" for folder in include]
+        command += [f"-D{name}" for name in define]
+        command += [str(source) for source in sources]
+        command += ["-o", str(library)]
+        if not platform.endswith("windows"):
+            command += ["-lm"]
+        done = subprocess.run(command, env=_environment(), capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise BuildError(f"compiling {output.name} for {platform} failed:\n{done.stderr.strip()}")
+        library.replace(output)
+    return output
+
+
+def fingerprint(files: Sequence[Path], *texts: str) -> str:
+    """Short hash of the contents of `files`, their names, the compiler flags and `texts`."""
+    digest = hashlib.sha256("\0".join([*FLAGS, *texts]).encode())
+    for file in sorted(files):
+        digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
