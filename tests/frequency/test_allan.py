@@ -22,8 +22,8 @@ def sensor_at_rest(seconds: float, seed: int, white: float = WHITE, walk: float 
 
 
 def test_white_noise_falls_with_the_root_of_the_averaging_time() -> None:
-    allan = allan_deviation(sensor_at_rest(3600.0, 1, walk=0.0), T, [0.02, 0.2, 2.0, 20.0])
-    np.testing.assert_allclose(allan.deviation * np.sqrt(allan.tau), WHITE, rtol=0.06)
+    allan = allan_deviation(sensor_at_rest(3600.0, 1, walk=0.0), T, [0.02, 0.2, 2.0])
+    np.testing.assert_allclose(allan.deviation * np.sqrt(allan.tau), WHITE, rtol=0.03)
 
 
 def test_deviation_of_a_short_record_is_that_of_its_definition() -> None:
