@@ -416,7 +416,9 @@ def tilt_error(filter_: ComplementaryFilter, omega: ArrayLike, gravity: float = 
 
 def settling_time(filter_: ComplementaryFilter, tolerance: float = _SETTLED) -> float:
     """Return the time in seconds after which an initial error stays below `tolerance` of itself."""
-    times, error = step_error(filter_)
+    # A pole's envelope needs ln(1/tolerance) time constants; equal poles and zeros near one need some more.
+    reach = (2.0 + 1.5 * math.log(1.0 / tolerance)) * _slowest_time_constant(filter_.require_stable())
+    times, error = step_error(filter_, reach)
     outside = np.flatnonzero(np.abs(error) > tolerance)
     return float(times[min(outside[-1] + 1, times.size - 1)]) if outside.size else 0.0
 
