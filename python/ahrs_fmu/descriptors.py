@@ -310,11 +310,12 @@ def _check_range(variable: Variable, number: float) -> None:
     if not infinite and (not math.isfinite(number) or too_low or too_high):
         raise ParameterError(
             f"{variable.name} = {number:g} {variable.unit}".rstrip()
-            + f" is refused: it must be {_range_text(variable)}"
+            + f" is refused: it must be {range_text(variable)}"
         )
 
 
-def _range_text(variable: Variable) -> str:
+def range_text(variable: Variable) -> str:
+    """Words for the limits of `variable`."""
     low = "" if variable.min is None else f"{'above' if variable.min_open else 'at least'} {variable.min:g}"
     high = "" if variable.max is None else f"{'below' if variable.max_open else 'at most'} {variable.max:g}"
     return " and ".join(part for part in (low, high) if part) or "a finite number"
