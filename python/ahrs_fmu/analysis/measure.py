@@ -301,7 +301,7 @@ class _Tone:
     def measured(self) -> int:
         """Steps to measure: whole periods of the slowest tone, long enough to tell neighbours apart."""
         omega = self.omega
-        period = 2.0 * math.pi / omega[0]
+        period = 2.0 * math.pi / float(omega[0])
         least = max(self.plan.periods * period, self.plan.duration)
         if omega.size > 1:
             least = max(least, 2.0 * math.pi / float(np.min(np.diff(omega))))

@@ -54,17 +54,17 @@ class Gains:
     kp: float
     """Proportional gain, rad/s."""
     ki: float = 0.0
-    """Integral gain, rad/s^2; zero for a first-order filter."""
+    """Integral gain, rad2/s2; zero for a first-order filter."""
     kii: float = 0.0
-    """Double-integral gain, rad/s^3; zero for a first- or second-order filter."""
+    """Double-integral gain, rad3/s3; zero for a first- or second-order filter."""
 
     def __post_init__(self) -> None:
         require_positive("kp", self.kp, "rad/s")
-        require_positive("ki", self.ki, "rad/s^2", zero_allowed=True)
-        require_positive("kii", self.kii, "rad/s^3", zero_allowed=True)
+        require_positive("ki", self.ki, "rad2/s2", zero_allowed=True)
+        require_positive("kii", self.kii, "rad3/s3", zero_allowed=True)
         if self.kp * self.ki <= self.kii and self.kii:
             raise DesignError(
-                f"kii = {self.kii:g} rad/s^3 makes the third-order filter unstable: "
+                f"kii = {self.kii:g} rad3/s3 makes the third-order filter unstable: "
                 f"keep it below kp ki = {self.kp * self.ki:g}"
             )
 

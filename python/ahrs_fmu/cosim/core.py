@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from ahrs_fmu.cosim.stepper import Array, Port
 from ahrs_fmu.descriptors import Descriptor, Variable
 from ahrs_fmu.errors import ParameterError
-from ahrs_fmu.native import NativeModel, Precision
+from ahrs_fmu.host_library import Precision
+from ahrs_fmu.native import NativeModel
 
 _GRID = 1e-6
 """How far from a whole number of sample times a step may be, in sample times."""
