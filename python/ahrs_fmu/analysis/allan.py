@@ -113,6 +113,8 @@ class AllanFit:
     """B, rad/s."""
     walk: Estimate
     """K, rad/s^2/rtHz."""
+    spread: Array
+    """Standard error (N,) that the Allan deviation at each averaging time has for the fitted noise."""
 
     def deviation(self, tau: ArrayLike) -> Array:
         """Return the fitted Allan deviation at `tau` seconds."""
@@ -158,7 +160,9 @@ def fit_allan(allan: AllanDeviation, with_instability: bool = True) -> AllanFit:
     spread = np.linalg.inv(slopes.T @ np.linalg.solve(covariance, slopes))
     errors = np.zeros(3)
     errors[columns] = np.sqrt(np.diag(spread))
-    return AllanFit(*(_root(s, e) for s, e in zip(squares, errors, strict=True)))
+    white, instability, walk = (_root(s, e) for s, e in zip(squares, errors, strict=True))
+    spread = np.sqrt(np.diag(covariance)) / (2.0 * np.sqrt(_slopes(allan.tau) @ squares))
+    return AllanFit(white, instability, walk, spread)
 
 
 def _root(square: float, error_of_square: float) -> Estimate:
