@@ -20,9 +20,11 @@ from ahrs_fmu.analysis.measure import (
     linearise,
     multisine,
     plan,
+    shared_stepped_sine,
     stepped_sine,
 )
 from ahrs_fmu.analysis.theory import Gains, filter_of
+from ahrs_fmu.cosim import opening
 from ahrs_fmu.cosim.core import CoreStepper
 from ahrs_fmu.cosim.stepper import Port
 from ahrs_fmu.errors import DesignError
@@ -34,9 +36,12 @@ FIRST, SECOND, THIRD = Gains(0.5), Gains(0.5, 0.1), Gains(1.0, 0.3, 0.05)
 TILTED = OperatingPoint(attitude=quaternion.from_euler(np.radians([25.0, -30.0, 130.0])))
 
 
-def gcf(gains: Gains, more: Mapping[str, object] | None = None) -> partial[CoreStepper]:
-    parameters = {"kp": gains.kp, "ki": gains.ki, "kii": gains.kii, "sample_time": T, **(more or {})}
-    return partial(CoreStepper, descriptors.load("gcf"), parameters)
+def parameters_of(gains: Gains) -> dict[str, object]:
+    return {"kp": gains.kp, "ki": gains.ki, "kii": gains.kii, "sample_time": T}
+
+
+def gcf(gains: Gains, more: Mapping[str, object] | None = None) -> CoreStepper:
+    return CoreStepper(descriptors.load("gcf"), {**parameters_of(gains), **(more or {})})
 
 
 def worst(measured: np.ndarray, expected: np.ndarray) -> tuple[float, float]:
@@ -157,7 +162,8 @@ def test_workers_share_the_frequencies_and_give_the_same_numbers() -> None:
     schedule = plan("angle", [0.5, 5.0], expected)
     done: list[int] = []
     alone = stepped_sine(gcf(SECOND), schedule, T, 1)
-    shared = stepped_sine(gcf(SECOND), schedule, T, 1, workers=2, progress=done.append)
+    everywhere = partial(opening.core, "gcf", parameters_of(SECOND))
+    shared = shared_stepped_sine(everywhere, schedule, T, 1, progress=done.append)
     np.testing.assert_array_equal(alone.gain, shared.gain)
     assert done == [1, 1]
 
@@ -215,6 +221,5 @@ def test_what_is_no_attitude_estimator_is_refused_by_the_names_it_lacks() -> Non
         inputs = MappingProxyType({"gyro": Port()})
         outputs = MappingProxyType({"rate": Port()})
 
-    make = partial(Gyroscope, descriptors.load("gcf"))
     with pytest.raises(DesignError, match="no variable accel, mag, q"):
-        stepped_sine(make, plan("angle", [1.0]), T)
+        stepped_sine(Gyroscope(descriptors.load("gcf")), plan("angle", [1.0]), T)

@@ -9,8 +9,9 @@ attitude to the estimated one, so that all three axes and their cross-coupling a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing import get_context
@@ -218,21 +219,19 @@ def deviation(measured: ComplexArray, expected: ComplexArray) -> Deviation:
 
 
 def stepped_sine(
-    make: Callable[[], Stepper],
+    stepper: Stepper,
     plan: Plan,
     sample_time: float,
     axis: int = 0,
     point: OperatingPoint | None = None,
-    workers: int = 1,
     progress: Callable[[int], None] | None = None,
 ) -> FrequencyResponse:
     """Measure one frequency after the other, each from a fresh start.
 
     Parameters
     ----------
-    make : callable
-        Makes a stepper with inputs gyro, accel and mag and output q. With several workers it has to be a
-        function that other processes can import, or a `functools.partial` of one.
+    stepper : Stepper
+        Has the inputs gyro, accel and mag and the output q.
     plan : Plan
     sample_time : float
         Step in seconds; the sample time of the estimator.
@@ -240,8 +239,6 @@ def stepped_sine(
         The body axis to excite.
     point : OperatingPoint, optional
         Where to measure; level and heading north by default.
-    workers : int, optional
-        Processes to share the frequencies among.
     progress : callable, optional
         Called with 1 for every frequency that is done.
 
@@ -250,18 +247,40 @@ def stepped_sine(
     DesignError
         The stepper is no attitude estimator, or a frequency is too high for the sample time.
     """
-    _check(axis, plan, sample_time)
-    tones = [_Tone(plan, sample_time, axis, point or OperatingPoint(), (i,)) for i in range(plan.omega.size)]
-    answers: list[_Answer] = []
-    for answer in _run(make, tones, workers):
-        answers.append(answer)
-        if progress is not None:
-            progress(1)
-    return _joined(plan, axis, answers)
+    tones = _tones(plan, sample_time, axis, point)
+    return _joined(plan, axis, _noted((_measure(stepper, tone) for tone in tones), progress))
+
+
+def shared_stepped_sine(
+    open_stepper: Callable[[], AbstractContextManager[Stepper]],
+    plan: Plan,
+    sample_time: float,
+    axis: int = 0,
+    point: OperatingPoint | None = None,
+    progress: Callable[[int], None] | None = None,
+    workers: int = 2,
+) -> FrequencyResponse:
+    """Do what `stepped_sine` does, the frequencies shared among processes.
+
+    Parameters
+    ----------
+    open_stepper : callable
+        Gives the stepper as a context, such as `ahrs_fmu.cosim.opening.fmu`; other processes have to be
+        able to import it, or it is a `functools.partial` of what they can import.
+    plan, sample_time, axis, point, progress
+        As in `stepped_sine`.
+    workers : int, optional
+        Number of processes.
+    """
+    tones = _tones(plan, sample_time, axis, point)
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        return _joined(
+            plan, axis, _noted(pool.map(partial(_open_and_measure, open_stepper), tones), progress)
+        )
 
 
 def multisine(
-    make: Callable[[], Stepper],
+    stepper: Stepper,
     plan: Plan,
     sample_time: float,
     axis: int = 0,
@@ -269,14 +288,12 @@ def multisine(
 ) -> FrequencyResponse:
     """Measure all frequencies at once, with the angle of the sum kept as small as that of one sine.
 
-    Faster than `stepped_sine`, and less accurate: the tones share the amplitude, and what the filter
-    bends of one tone disturbs the others, which the standard errors show. Same parameters.
+    Faster than `stepped_sine`, and best at an amplitude of a degree: the tones share the amplitude, and
+    what the filter bends of one tone falls on the others. Same parameters.
     """
     _check(axis, plan, sample_time)
-    everything = tuple(range(plan.omega.size))
-    return _joined(
-        plan, axis, [_measure(make, _Tone(plan, sample_time, axis, point or OperatingPoint(), everything))]
-    )
+    together = _Tone(plan, sample_time, axis, point or OperatingPoint(), tuple(range(plan.omega.size)))
+    return _joined(plan, axis, [_measure(stepper, together)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,18 +346,27 @@ class _Answer:
     steps: int
 
 
-def _run(make: Callable[[], Stepper], tones: Sequence[_Tone], workers: int) -> Iterator[_Answer]:
-    job = partial(_measure, make)
-    if workers <= 1:
-        yield from map(job, tones)
-        return
-    # Slow tones take longest: they come first in `tones`, so that no worker is left with one at the end.
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(job, tones)
+def _tones(plan: Plan, sample_time: float, axis: int, point: OperatingPoint | None) -> list[_Tone]:
+    _check(axis, plan, sample_time)
+    at = point or OperatingPoint()
+    return [_Tone(plan, sample_time, axis, at, (i,)) for i in range(plan.omega.size)]
 
 
-def _measure(make: Callable[[], Stepper], tone: _Tone) -> _Answer:
-    stepper = make()
+def _noted(answers: Iterable[_Answer], progress: Callable[[int], None] | None) -> list[_Answer]:
+    done = []
+    for answer in answers:
+        done.append(answer)
+        if progress is not None:
+            progress(1)
+    return done
+
+
+def _open_and_measure(open_stepper: Callable[[], AbstractContextManager[Stepper]], tone: _Tone) -> _Answer:
+    with open_stepper() as stepper:
+        return _measure(stepper, tone)
+
+
+def _measure(stepper: Stepper, tone: _Tone) -> _Answer:
     _check_variables(stepper)
     T, steps = tone.sample_time, tone.settle + tone.measured
     amplitude, phase = tone.excitation()
@@ -354,6 +380,7 @@ def _measure(make: Callable[[], Stepper], tone: _Tone) -> _Answer:
         turn, rate = angle[1:, None] * direction, still
     else:
         turn, rate = still, np.diff(angle)[:, None] / T * direction
+    stepper.reset()
     found = replay(stepper, tone.point.sensors(turn, rate), ["q"], T)["q"]
     answer = tone.point.turned(found)[tone.settle :]
     return _fit(answer, time[1 + tone.settle :], omega, amplitude, phase, tone.axis, steps)
@@ -441,7 +468,7 @@ def equivalent_gains(response: FrequencyResponse, sample_time: float, order: int
 
 
 def linearise(
-    make: Callable[[], Stepper],
+    stepper: Stepper,
     sample_time: float,
     axes: Sequence[int] = (0, 1, 2),
     point: OperatingPoint | None = None,
@@ -458,8 +485,8 @@ def linearise(
 
     Parameters
     ----------
-    make : callable
-        Makes a stepper with inputs gyro, accel and mag and outputs q and gyro_bias.
+    stepper : Stepper
+        Has the inputs gyro, accel and mag and the outputs q and gyro_bias; it is reset.
     sample_time : float
         Step in seconds; the sample time of the estimator.
     axes : sequence of {0, 1, 2}, optional
@@ -485,8 +512,8 @@ def linearise(
     T = require_positive("sample_time", sample_time, "s")
     require_positive("pulse", angle, "rad")
     point = point or OperatingPoint()
-    stepper = make()
     _check_variables(stepper)
+    stepper.reset()
     rest = np.zeros((math.ceil(settle / T), 3))
     replay(stepper, point.sensors(rest, rest), ["q"], T)
     saved = stepper.save()
