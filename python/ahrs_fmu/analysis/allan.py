@@ -123,7 +123,7 @@ class AllanFit:
         return np.sqrt(variance)
 
 
-def fit_allan(allan: AllanDeviation, with_instability: bool = True) -> AllanFit:
+def fit_allan(allan: AllanDeviation, with_instability: bool = True, shortest: float = 0.0) -> AllanFit:
     """Fit N, B and K to an Allan deviation, none of them negative.
 
     Values at different averaging times come from the same samples and are correlated, more so the longer the
@@ -135,33 +135,41 @@ def fit_allan(allan: AllanDeviation, with_instability: bool = True) -> AllanFit:
     allan : AllanDeviation
     with_instability : bool, optional
         Fit B as well; without it N and K are found more precisely where the sensor has no such floor.
+    shortest : float, optional
+        Averaging times below it do not count, s: a sensor's own low-pass takes white noise away there.
 
     Raises
     ------
     DesignError
-        The record is too short to separate the terms.
+        The record is too short to separate the terms, or it does not vary.
     """
     columns = [0, 1, 2] if with_instability else [0, 2]
-    slopes = _slopes(allan.tau)[:, columns]
-    if allan.tau.size <= len(columns):
+    tau = allan.tau[allan.tau >= shortest]
+    variance = allan.deviation[allan.tau >= shortest] ** 2
+    if tau.size <= len(columns):
         raise DesignError(
-            f"{allan.tau.size} averaging times cannot fix {len(columns)} noise terms: give a longer record"
+            f"{tau.size} averaging times cannot fix {len(columns)} noise terms: give a longer record"
         )
-    variance = allan.deviation**2
+    if not np.all(variance > 0.0):
+        raise DesignError("the record does not vary: a sensor without noise needs no fit")
+    # Solved in units of the first variance, because the solver has an absolute tolerance.
+    unit = float(variance[0])
+    slopes = _slopes(tau)[:, columns]
+    weights = np.diag(unit / variance)
     squares = np.zeros(3)
-    weights = np.diag(1.0 / variance)
+    scatter = _scatter(allan, tau)
     for _ in range(_ITERATIONS):
         previous = squares.copy()
-        squares[columns], _ = nnls(weights @ slopes, weights @ variance)
-        if np.allclose(squares, previous, rtol=1e-6):
+        squares[columns], _ = nnls(weights @ slopes, weights @ (variance / unit))
+        covariance = scatter.covariance(squares)
+        if np.allclose(squares, previous, rtol=1e-6, atol=0.0):
             break
-        covariance = _covariance(allan, squares)
         weights = np.linalg.inv(np.linalg.cholesky(covariance))
-    spread = np.linalg.inv(slopes.T @ np.linalg.solve(covariance, slopes))
     errors = np.zeros(3)
-    errors[columns] = np.sqrt(np.diag(spread))
-    white, instability, walk = (_root(s, e) for s, e in zip(squares, errors, strict=True))
-    spread = np.sqrt(np.diag(covariance)) / (2.0 * np.sqrt(_slopes(allan.tau) @ squares))
+    errors[columns] = np.sqrt(np.diag(np.linalg.inv(slopes.T @ np.linalg.solve(covariance, slopes))))
+    white, instability, walk = (_root(unit * s, unit * e) for s, e in zip(squares, errors, strict=True))
+    everywhere = np.diag(_scatter(allan, allan.tau).covariance(squares))
+    spread = np.sqrt(unit * everywhere) / (2.0 * np.sqrt(_slopes(allan.tau) @ squares))
     return AllanFit(white, instability, walk, spread)
 
 
@@ -177,20 +185,39 @@ def _slopes(tau: Array) -> Array:
     return np.stack((1.0 / tau, np.full_like(tau, _FLOOR), tau / 3.0), axis=-1)
 
 
-def _covariance(allan: AllanDeviation, squares: Array) -> Array:
-    """Return the covariance (N, N) of an estimated Allan variance for noise of the given N^2, B^2, K^2.
+@dataclass(frozen=True, slots=True)
+class _Scatter:
+    """How estimated Allan variances scatter, for any noise.
 
     The differences of averages are Gaussian with the cross spectrum S H_i H_j*, so the mean of their squares
     over the length L covers 2/L times the integral of |S H_i H_j|^2.
     """
+
+    tau: Array
+    spectra: Array
+    """Two-sided spectra (3, F) of unit N, B and K."""
+    transfer: Array
+    """|H|^2 (N, F) of the differences, times the root of the frequency step."""
+    length: Array
+    """L (N, N), s."""
+
+    def covariance(self, squares: Array) -> Array:
+        """Return the covariance (N, N) for noise of the given N^2, B^2, K^2."""
+        weighted = self.transfer * (squares @ self.spectra)
+        model = _MODEL_ERROR * (_slopes(self.tau) @ squares)
+        return np.asarray((weighted @ weighted.T) / self.length + np.diag(model**2))
+
+
+def _scatter(allan: AllanDeviation, tau: Array) -> _Scatter:
     T = allan.sample_time
     f = np.geomspace(1e-2 / allan.duration, 0.5 / T, _FREQUENCIES)
-    spectrum = squares @ np.stack(
-        (np.ones_like(f), 1.0 / (2.0 * math.pi * f), 1.0 / (2.0 * math.pi * f) ** 2)
-    )
-    m = allan.tau[:, None] / T
+    angular = 2.0 * math.pi * f
+    m = tau[:, None] / T
     transfer = 4.0 * np.sin(math.pi * f * m * T) ** 4 / (m * np.sin(math.pi * f * T)) ** 2
-    weighted = transfer * spectrum * np.sqrt(np.gradient(f))
-    length = allan.duration - 2.0 * allan.tau
-    covariance = (weighted @ weighted.T) / np.maximum(length[:, None], length)
-    return covariance + np.diag((_MODEL_ERROR * allan.deviation**2) ** 2)
+    length = allan.duration - 2.0 * tau
+    return _Scatter(
+        tau=tau,
+        spectra=np.stack((np.ones_like(f), 1.0 / angular, 1.0 / angular**2)),
+        transfer=transfer * np.sqrt(np.gradient(f)),
+        length=np.maximum(length[:, None], length),
+    )
