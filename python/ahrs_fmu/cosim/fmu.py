@@ -295,26 +295,27 @@ class FmuStepper:
         dict of str to ndarray, shape (N, ...)
             Row k holds the outputs after step k.
         """
-        banks_in, banks_out = self._banks(inputs), self._banks(outputs)
-        recorded = {name: np.empty((len(dt), *self.fmu.variables[name].shape)) for name in outputs}
+        banks_in = [(bank, bank.packed(inputs)) for bank in self._banks(inputs)]
+        banks_out = [(bank, np.empty((len(dt), bank.size))) for bank in self._banks(outputs)]
         for k, step in enumerate(dt.tolist()):
-            for bank in banks_in:
-                for name in bank.names:
-                    bank.write(name, inputs[name][k])
+            for bank, rows in banks_in:
+                bank.flat[:] = rows[k]
                 self._call(bank.set)
             if step > 0.0:
                 self.step(step)
             else:
                 self.initialise()
-            for bank in banks_out:
+            for bank, rows in banks_out:
                 self._call(bank.get)
-                for name in bank.names:
-                    recorded[name][k] = bank.read(name)
+                rows[k] = bank.flat
             if progress is not None and (k + 1) % _PROGRESS_ROWS == 0:
                 progress(_PROGRESS_ROWS)
         if progress is not None:
             progress(len(dt) % _PROGRESS_ROWS)
-        return recorded
+        found: dict[str, Array] = {}
+        for bank, rows in banks_out:
+            found |= bank.unpacked(rows)
+        return {name: found[name] for name in outputs}
 
     def close(self) -> None:
         """Free the instance; calling it again does nothing."""
@@ -413,15 +414,30 @@ class _Bank:
         sized = (size,) if version == 3 else ()
         arguments = (instance.component, vr, len(references), values, *sized)
         setter, getter = (getattr(instance, f"fmi{version}{verb}{access}") for verb in ("Set", "Get"))
-        self.names = [v.name for v in variables]
         self.set: Callable[[], int] = lambda: setter(*arguments)
         self.get: Callable[[], int] = lambda: getter(*arguments)
-        self._memory = values
-        flat = np.ctypeslib.as_array(values)
-        ends = np.cumsum([v.size for v in variables])
-        self._views = {
-            v.name: flat[end - v.size : end].reshape(v.shape) for v, end in zip(variables, ends, strict=True)
-        }
+        self.size = size
+        self.flat = np.ctypeslib.as_array(values)
+        self._variables = variables
+        self._views = {name: view[0, ...] for name, view in self._split(self.flat[None]).items()}
+
+    def _split(self, rows: NDArray[Any]) -> dict[str, NDArray[Any]]:
+        """Views of each variable (N, ...) into rows of values (N, size)."""
+        ends = np.cumsum([v.size for v in self._variables])
+        parts = np.split(rows, ends[:-1], axis=1)
+        return {v.name: part.reshape(-1, *v.shape) for v, part in zip(self._variables, parts, strict=True)}
+
+    def packed(self, columns: Mapping[str, Array]) -> Array:
+        """Rows of values (N, size) for `flat` from a column (N, ...) for each variable."""
+        for v in self._variables:
+            if columns[v.name].shape[1:] != v.shape:
+                shape = columns[v.name].shape
+                raise ParameterError(f"{v.name} has rows of shape {shape[1:]}; expected {v.shape}")
+        return np.concatenate([columns[v.name].reshape(-1, v.size) for v in self._variables], axis=1)
+
+    def unpacked(self, rows: Array) -> dict[str, Array]:
+        """Column (N, ...) of each variable from rows of values (N, size)."""
+        return {name: np.ascontiguousarray(part) for name, part in self._split(rows).items()}
 
     def write(self, name: str, value: ArrayLike) -> None:
         """Put a value where `set` takes it from."""
@@ -435,7 +451,7 @@ class _Bank:
 
     def read(self, name: str) -> Array:
         """Value that `get` left."""
-        return self._views[name].astype(np.float64)
+        return np.array(self._views[name], dtype=np.float64)
 
 
 def replay_record(

@@ -71,7 +71,7 @@ def validate_fmu(path: Path) -> list[str]:
     except zipfile.BadZipFile as error:
         return [f"is not a ZIP file: {error}"]
     known = fmpy.validation.validate_fmu(str(path))
-    return list(dict.fromkeys(" ".join(problem.split()) for problem in [*known, *problems]))
+    return list(dict.fromkeys(problem.partition("\n")[0].strip() for problem in [*known, *problems]))
 
 
 def _archive_problems(archive: zipfile.ZipFile) -> Iterator[str]:

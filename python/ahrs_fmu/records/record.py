@@ -154,8 +154,9 @@ class Record:
             evaluate=None if self.evaluate is None else self.evaluate[part],
         )
 
-    def in_frame(self, frame: Frame) -> Record:
-        """Return the same recording in the axes of `frame`."""
+    def in_frame(self, frame: Frame | str) -> Record:
+        """Return the same recording in the axes of `frame`, a `Frame` or its name."""
+        frame = Frame(frame)
         return replace(
             self,
             frame=frame,
