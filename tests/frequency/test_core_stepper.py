@@ -82,7 +82,7 @@ def test_a_long_step_is_several_samples_with_the_same_inputs() -> None:
     [
         (lambda s: s.set("gyros", [0.0, 0.0, 0.0]), "no input 'gyros'"),
         (lambda s: s.set("gyro", [0.0]), "expected \\(3,\\)"),
-        (lambda s: s.get("quaternion"), "no output 'quaternion'"),
+        (lambda s: s.get("quaternion"), "no variable 'quaternion'"),
         (lambda s: s.step(0.015), "multiples of its sample_time"),
         (lambda s: s.replay({"gyro": np.zeros((2, 3))}, ["attitude"], T), "no variable 'attitude'"),
         (lambda _: CoreStepper(descriptors.load("gcf"), {"kP": 1.0}), "no parameter 'kP'"),

@@ -138,6 +138,7 @@ def test_motion_acceleration_lowers_the_best_gains() -> None:
     calm, moved = optimal_gains(GC_TILT), gains_under_motion(GC_TILT, motion, T)
     assert moved.kp < 0.5 * calm.kp
     assert predict_rms(moved, GC_TILT, T, motion).total < predict_rms(calm, GC_TILT, T, motion).total
+    assert characterise(filter_of(moved)).damping >= 0.7 - 1e-6
 
 
 def test_a_narrow_band_of_motion_tilts_by_the_response_at_its_frequency() -> None:

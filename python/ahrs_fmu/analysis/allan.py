@@ -97,10 +97,14 @@ class Estimate:
     standard_error: float
 
     @property
+    def reach(self) -> float:
+        """Half the 95 % confidence interval."""
+        return 1.96 * self.standard_error
+
+    @property
     def interval(self) -> tuple[float, float]:
         """The 95 % confidence interval; the lower end is not below zero."""
-        reach = 1.96 * self.standard_error
-        return max(0.0, self.value - reach), self.value + reach
+        return max(0.0, self.value - self.reach), self.value + self.reach
 
 
 @dataclass(frozen=True, slots=True)

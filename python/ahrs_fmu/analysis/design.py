@@ -243,13 +243,26 @@ def predict_rms(
     return ErrorBudget(*(math.sqrt(v) for v in (*variances, sum(variances))))
 
 
-def gains_under_motion(noise: Noise, motion: Motion, sample_time: float | None = None) -> Gains:
-    """Return kp and ki with the smallest RMS tilt error under noise and motion acceleration together."""
+def gains_under_motion(
+    noise: Noise, motion: Motion, sample_time: float | None = None, least_damping: float = 0.7
+) -> Gains:
+    """Return kp and ki with the smallest RMS tilt error under noise and motion acceleration together.
+
+    Parameters
+    ----------
+    noise : Noise
+    motion : Motion
+    sample_time : float, optional
+        Seconds, for the exact sampled filter; None for the continuous one.
+    least_damping : float, optional
+        Limit without which the filter would ring beside a narrow band of motion; up to 0.7071.
+    """
     start = optimal_gains(noise)
 
     def cost(logarithms: Array) -> float:
         gains = Gains(*np.exp(logarithms))
-        if not filter_of(gains, sample_time).stable:
+        ringing = gains.kp < 2.0 * least_damping * math.sqrt(gains.ki)
+        if ringing or not filter_of(gains, sample_time).stable:
             return math.inf
         return math.log(predict_rms(gains, noise, sample_time, motion).total)
 

@@ -62,6 +62,7 @@ class CoreStepper:
         self.sample_time = float(values["sample_time"][0])
         self._inputs = {v.name: _port(v) for v in descriptor.inputs}
         self._outputs = {v.name: _port(v) for v in descriptor.outputs}
+        self._variables = {v.name: _port(v) for v in descriptor.variables}
         self._fresh = self._model.save()
         self.reset()
 
@@ -84,8 +85,8 @@ class CoreStepper:
         self._model.set(name, np.atleast_1d(array))
 
     def get(self, name: str) -> Array:
-        """Return an output as it is now."""
-        port = self._port(name, self._outputs, "output")
+        """Return a variable as it is now."""
+        port = self._port(name, self._variables, "variable")
         return np.asarray(self._model.get(name), dtype=np.float64).reshape(port.shape)
 
     def step(self, dt: float) -> None:
@@ -117,7 +118,7 @@ class CoreStepper:
         ticks = self._ticks(dt)
         columns = {name: np.repeat(np.asarray(values), ticks, axis=0) for name, values in inputs.items()}
         for name in (*inputs, *outputs):
-            self._port(name, {**self._inputs, **self._outputs}, "variable")
+            self._port(name, self._variables, "variable")
         if rows and not self._started:
             for name, values in inputs.items():
                 self.set(name, values[0])
