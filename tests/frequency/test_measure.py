@@ -150,8 +150,10 @@ def test_a_sum_of_sines_gives_the_same_response_in_one_run(path: str) -> None:
 
 def test_error_bars_grow_when_the_signal_is_disturbed() -> None:
     expected = filter_of(SECOND, T)
-    small = stepped_sine(gcf(SECOND), plan("angle", FEW, expected), T, 0)
-    large = stepped_sine(gcf(SECOND), plan("angle", FEW, expected, math.radians(40.0)), T, 0)
+    small, large = (
+        stepped_sine(gcf(SECOND), plan("angle", FEW, expected, math.radians(angle), settle=120.0), T, 0)
+        for angle in (5.0, 40.0)
+    )
     assert np.all(large.error_db > 5.0 * small.error_db)
     assert np.all(large.coherence < small.coherence)
     assert np.all(np.degrees(large.error_phase) > 0.0)
@@ -163,7 +165,7 @@ def test_workers_share_the_frequencies_and_give_the_same_numbers() -> None:
     done: list[int] = []
     alone = stepped_sine(gcf(SECOND), schedule, T, 1)
     everywhere = partial(opening.core, "gcf", parameters_of(SECOND))
-    shared = shared_stepped_sine(everywhere, schedule, T, 1, progress=done.append)
+    (shared,) = shared_stepped_sine(everywhere, [schedule], T, 1, progress=done.append)
     np.testing.assert_array_equal(alone.gain, shared.gain)
     assert done == [1, 1]
 

@@ -41,7 +41,7 @@ Excited = Literal["angle", "rate"]
 AXES = ("roll", "pitch", "yaw")
 
 _INPUTS = ("gyro", "accel", "mag")
-_TRANSIENT = 1e-8
+_TRANSIENT = 1e-6
 """What is left of a transient before a measurement begins."""
 _FIVE_DEGREES = math.radians(5.0)
 _LARGEST_AMPLITUDE = math.radians(45.0)
@@ -253,30 +253,35 @@ def stepped_sine(
 
 def shared_stepped_sine(
     open_stepper: Callable[[], AbstractContextManager[Stepper]],
-    plan: Plan,
+    plans: Sequence[Plan],
     sample_time: float,
     axis: int = 0,
     point: OperatingPoint | None = None,
     progress: Callable[[int], None] | None = None,
     workers: int = 2,
-) -> FrequencyResponse:
-    """Do what `stepped_sine` does, the frequencies shared among processes.
+) -> list[FrequencyResponse]:
+    """Do what `stepped_sine` does for several plans, all frequencies shared among processes.
 
     Parameters
     ----------
     open_stepper : callable
         Gives the stepper as a context, such as `ahrs_fmu.cosim.opening.fmu`; other processes have to be
         able to import it, or it is a `functools.partial` of what they can import.
-    plan, sample_time, axis, point, progress
+    plans : sequence of Plan
+    sample_time, axis, point, progress
         As in `stepped_sine`.
     workers : int, optional
         Number of processes.
+
+    Returns
+    -------
+    list of FrequencyResponse
+        One for each plan.
     """
-    tones = _tones(plan, sample_time, axis, point)
+    tones = [tone for p in plans for tone in _tones(p, sample_time, axis, point)]
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        return _joined(
-            plan, axis, _noted(pool.map(partial(_open_and_measure, open_stepper), tones), progress)
-        )
+        answers = iter(_noted(pool.map(partial(_open_and_measure, open_stepper), tones), progress))
+    return [_joined(p, axis, [next(answers) for _ in p.omega]) for p in plans]
 
 
 def multisine(

@@ -182,6 +182,7 @@ def error_figure(
             f"{curve.best:.3g} rad/s, {least:.3g}°",
             (curve.best, least),
             xytext=(0, 9),
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0},
             textcoords="offset points",
             ha="center",
         )

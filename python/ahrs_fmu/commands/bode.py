@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
@@ -83,7 +84,9 @@ def bode(
     low: Annotated[float, typer.Option(help="Lowest frequency [rad/s].")] = 0.02,
     high: Annotated[float, typer.Option(help="Highest frequency [rad/s].")] = 20.0,
     amplitude: Annotated[float, typer.Option(help="Amplitude of the angle [deg].")] = 5.0,
-    workers: Annotated[int, typer.Option(min=1, help="Processes that share the frequencies.")] = 1,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes that share the frequencies of an FMU.")
+    ] = None,
     save: Annotated[bool, typer.Option("--save", help="Draw the response as PNG and SVG.")] = False,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the pictures.")] = Path("build"),
     json_file: Annotated[
@@ -105,7 +108,8 @@ def bode(
     responses: list[FrequencyResponse] = []
     if measure:
         radians = math.radians(amplitude)
-        responses = _measured(device, expected, omega, number, radians, method, workers)
+        shared = workers or (os.cpu_count() or 1 if fmu is not None else 1)
+        responses = _measured(device, expected, omega, number, radians, method, shared)
     elif expected is None:
         raise DesignError(f"{device.title} has no gains to draw the theory of on {axis}: add --measure")
     theory = expected or _equivalent(device, responses[0])
@@ -186,10 +190,9 @@ def _measured(
             progress.advance(task, count)
 
         if method == "stepped" and workers > 1:
-            return [
-                shared_stepped_sine(device.open, p, device.sample_time, axis, progress=done, workers=workers)
-                for p in schedules
-            ]
+            return shared_stepped_sine(
+                device.open, schedules, device.sample_time, axis, progress=done, workers=workers
+            )
         with device.open() as stepper:
             if method == "stepped":
                 return [stepped_sine(stepper, p, device.sample_time, axis, progress=done) for p in schedules]
