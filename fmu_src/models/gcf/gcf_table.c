@@ -145,7 +145,7 @@ void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
     p->kp = AHRS_C(0.5);
     p->ki = AHRS_C(0.1);
     p->kii = AHRS_C(0.0);
-    p->bias_limit = AHRS_C(0.2);
+    p->bias_limit = AHRS_C(1.0);
     p->realisation = 0;
     p->form = 0;
     p->error = 0;
