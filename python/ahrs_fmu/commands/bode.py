@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
@@ -84,9 +83,7 @@ def bode(
     low: Annotated[float, typer.Option(help="Lowest frequency [rad/s].")] = 0.02,
     high: Annotated[float, typer.Option(help="Highest frequency [rad/s].")] = 20.0,
     amplitude: Annotated[float, typer.Option(help="Amplitude of the angle [deg].")] = 5.0,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes that share the frequencies of an FMU.")
-    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes that share the frequencies.")] = 1,
     save: Annotated[bool, typer.Option("--save", help="Draw the response as PNG and SVG.")] = False,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the pictures.")] = Path("build"),
     json_file: Annotated[
@@ -108,8 +105,7 @@ def bode(
     responses: list[FrequencyResponse] = []
     if measure:
         radians = math.radians(amplitude)
-        shared = workers or (os.cpu_count() or 1 if fmu is not None else 1)
-        responses = _measured(device, expected, omega, number, radians, method, shared)
+        responses = _measured(device, expected, omega, number, radians, method, workers)
     elif expected is None:
         raise DesignError(f"{device.title} has no gains to draw the theory of on {axis}: add --measure")
     theory = expected or _equivalent(device, responses[0])
@@ -208,10 +204,8 @@ def _equivalent(device: Device, response: FrequencyResponse) -> ComplementaryFil
 
 
 def _print_table(omega: Array, theory: ComplementaryFilter, responses: Sequence[FrequencyResponse]) -> None:
-    right = ["G_A [dB]", "[deg]", "G_B [dB]", "[deg]"]
-    right += (
-        ["measured G_A - theory [dB]", "[deg]", "measured G_B - theory [dB]", "[deg]"] if responses else []
-    )
+    right = ["G_A dB", "deg", "G_B dB", "deg"]
+    right += ["diff A dB", "deg", "diff B dB", "deg"] if responses else []
     shown = terminal.table([], ["rad/s", *right])
     columns = [omega]
     for gain in theory.respond(omega):
@@ -223,6 +217,8 @@ def _print_table(omega: Array, theory: ComplementaryFilter, responses: Sequence[
     for line in zip(*columns, strict=True):
         shown.add_row(*(form.format(value) for form, value in zip(formats, line, strict=False)))
     terminal.OUT.print(shown)
+    if responses:
+        terminal.OUT.print("diff: measured minus theory")
     for response, name in zip(responses, ("G_A", "G_B"), strict=False):
         found = _deviation(theory, response)
         terminal.OUT.print(
