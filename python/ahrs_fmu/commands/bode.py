@@ -116,7 +116,10 @@ def bode(
         terminal.OUT.print(
             f"nearest complementary filter: crossover {found.crossover:.3g} rad/s, order {found.order}"
         )
-    _print_table(omega, theory, responses)
+    if not responses:
+        _print_theory(omega, theory)
+    for response in responses:
+        _print_measured(theory, response)
     numbers.print_rows(rows(characterise(theory)), "filter")
     pictures = []
     if save:
@@ -203,37 +206,38 @@ def _equivalent(device: Device, response: FrequencyResponse) -> ComplementaryFil
     return filter_of(second, device.sample_time)
 
 
-def _print_table(omega: Array, theory: ComplementaryFilter, responses: Sequence[FrequencyResponse]) -> None:
-    right = ["G_A dB", "deg", "G_B dB", "deg"]
-    right += ["diff A dB", "deg", "diff B dB", "deg"] if responses else []
-    shown = terminal.table([], ["rad/s", *right])
-    columns = [omega]
-    for gain in theory.respond(omega):
-        columns += [_decibels(gain), np.degrees(np.angle(gain))]
-    for response in responses:
-        found = _deviation(theory, response)
-        columns += [found.magnitude_db, np.degrees(found.phase)]
-    formats = ["{:.4g}", *["{:.3f}"] * 4, *["{:+.4f}"] * 4]
-    for line in zip(*columns, strict=True):
-        shown.add_row(*(form.format(value) for form, value in zip(formats, line, strict=False)))
+def _print_theory(omega: Array, theory: ComplementaryFilter) -> None:
+    shown = terminal.table([], ["rad/s", "G_A [dB]", "[deg]", "G_B [dB]", "[deg]"])
+    for w, g_a, g_b in zip(omega, *theory.respond(omega), strict=True):
+        cells = (cell for gain in (g_a, g_b) for cell in _polar(gain))
+        shown.add_row(f"{w:.4g}", *cells)
     terminal.OUT.print(shown)
-    if responses:
-        terminal.OUT.print("diff: measured minus theory")
-    for response, name in zip(responses, ("G_A", "G_B"), strict=False):
-        found = _deviation(theory, response)
-        terminal.OUT.print(
-            f"{name} measured in {response.steps} steps: at most {np.max(np.abs(found.magnitude_db)):.2g} dB "
-            f"and {math.degrees(np.max(np.abs(found.phase))):.2g} deg from theory, "
-            f"coherence at least {np.min(response.coherence):.6f}"
-        )
+
+
+def _print_measured(theory: ComplementaryFilter, response: FrequencyResponse) -> None:
+    name = "G_A" if response.path == "angle" else "G_B"
+    found = _deviation(theory, response)
+    shown = terminal.table([], ["rad/s", f"{name} [dB]", "[deg]", "- theory [dB]", "[deg]", "error bar [dB]"])
+    lines = zip(
+        response.omega, response.main, found.magnitude_db, found.phase, response.error_db, strict=True
+    )
+    for w, gain, decibels, phase, bar in lines:
+        cells = (f"{decibels:+.4f}", f"{math.degrees(phase):+.4f}", f"{bar:.1g}")
+        shown.add_row(f"{w:.4g}", *_polar(gain), *cells)
+    terminal.OUT.print(shown)
+    terminal.OUT.print(
+        f"{name} measured in {response.steps} steps: at most {np.max(np.abs(found.magnitude_db)):.2g} dB "
+        f"and {math.degrees(np.max(np.abs(found.phase))):.2g} deg from theory, "
+        f"coherence at least {np.min(response.coherence):.6f}"
+    )
+
+
+def _polar(gain: complex) -> tuple[str, str]:
+    return f"{20.0 * math.log10(max(abs(gain), 1e-12)):.3f}", f"{math.degrees(np.angle(gain)):.3f}"
 
 
 def _deviation(theory: ComplementaryFilter, response: FrequencyResponse) -> Deviation:
     return deviation(response.main, theory.respond(response.omega)[_PATHS.index(response.path)])
-
-
-def _decibels(gain: ComplexArray) -> Array:
-    return 20.0 * np.log10(np.abs(gain))
 
 
 def _as_json(
