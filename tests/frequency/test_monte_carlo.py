@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from ahrs_fmu import descriptors, quaternion
+from ahrs_fmu import descriptors
 from ahrs_fmu.analysis.coupling import ErrorKind
 from ahrs_fmu.analysis.design import (
     SensorNoise,
@@ -17,12 +17,12 @@ from ahrs_fmu.analysis.design import (
     predict_attitude_rms,
     predict_rms,
 )
+from ahrs_fmu.analysis.simulate import errors_at_rest
 from ahrs_fmu.analysis.theory import Gains, characterise, filter_of
 from ahrs_fmu.cosim.core import CoreStepper
 
 T = 0.02
 GRAVITY = 9.8
-FIELD = np.array([40e-6, 0.0, 30e-6])
 GYRO, BIAS_STEP, ACCEL, MAG = math.radians(0.05), math.radians(0.001), 0.01, 0.1e-6
 SENSOR = SensorNoise(
     gyro=GYRO * math.sqrt(T),
@@ -38,27 +38,12 @@ SETTLED = 30.0
 
 def simulated_squares(gains: Gains, error: str, runs: int, seconds: float) -> np.ndarray:
     """Mean squares of roll, pitch and heading error of each run (runs, 3), rad^2, after settling."""
-    steps, skip = round(seconds / T), round(SETTLED / T)
     parameters = {"kp": gains.kp, "ki": gains.ki, "kii": gains.kii, "sample_time": T, "error": error}
     # A field learned from the first noisy sample would tilt the coupled filter for good.
     field = {"field_reference": "given", "field_magnitude": SENSOR.field, "field_dip": SENSOR.dip}
     core = CoreStepper(descriptors.load("gcf"), {**parameters, **field, "gravity": GRAVITY})
-    squares = []
-    for seed in range(runs):
-        rng = np.random.default_rng(seed)
-        bias = np.cumsum(BIAS_STEP * rng.standard_normal((steps, 3)), axis=0)
-        core.reset()
-        q = core.replay(
-            {
-                "gyro": bias + GYRO * rng.standard_normal((steps, 3)),
-                "accel": [0.0, 0.0, -GRAVITY] + ACCEL * rng.standard_normal((steps, 3)),
-                "mag": FIELD + MAG * rng.standard_normal((steps, 3)),
-            },
-            ["q"],
-            T,
-        )["q"]
-        squares.append(np.mean(quaternion.log(q[skip:]) ** 2, axis=0))
-    return np.array(squares)
+    errors = (errors_at_rest(core, SENSOR, T, seconds, seed)[round(SETTLED / T) :] for seed in range(runs))
+    return np.array([np.mean(e**2, axis=0) for e in errors])
 
 
 @pytest.mark.parametrize(

@@ -132,7 +132,7 @@ def compensation_factor(time_constant: float, sample_time: float) -> float:
 def compensate(h: TransferFunction, time_constant: float, sample_time: float) -> TransferFunction:
     """Return H of a filter that subtracts the motion acceleration it estimated a step before.
 
-    The exact factor is 1 - c/z with c = exp(-T/tau) (docs/algorithms.md section 5). In continuous time
+    The exact factor is 1 - c/z with c = exp(-T/tau) (docs/algorithms.md section 0). In continuous time
     its bilinear equivalent is taken, a lead (1 + c) (s + p (1 - c)/(1 + c)) / (s + p) with p = 2/T.
 
     Parameters
