@@ -134,7 +134,12 @@ def compile_library(
     output.parent.mkdir(parents=True, exist_ok=True)
     windows, darwin = platform.endswith("windows"), platform.endswith("darwin")
     target = ["-target", TARGETS[platform]]
-    compiling = [*target, *FLAGS, *([] if windows else ["-fPIC"]), *(["-fvisibility=hidden"] if hide_symbols else [])]
+    compiling = [
+        *target,
+        *FLAGS,
+        *([] if windows else ["-fPIC"]),
+        *(["-fvisibility=hidden"] if hide_symbols else []),
+    ]
     compiling += [f"-I{folder.resolve()}" for folder in include]
     compiling += [word for folder in system_include for word in ("-isystem", str(folder.resolve()))]
     compiling += [f"-D{name}" for name in define]
@@ -145,7 +150,9 @@ def compile_library(
         scratch = Path(name)
         # For Windows the compiler takes one source at a time.
         for group in [[source] for source in sources] if windows else [sources]:
-            _compiler(scratch, output.name, platform, [*compiling, "-c", *(str(file.resolve()) for file in group)])
+            _compiler(
+                scratch, output.name, platform, [*compiling, "-c", *(str(file.resolve()) for file in group)]
+            )
         objects = sorted(path.name for path in scratch.iterdir())
         _compiler(scratch, output.name, platform, [*linking, *objects, "-o", output.name])
         (scratch / output.name).replace(output)

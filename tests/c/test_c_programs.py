@@ -1,4 +1,4 @@
-"""The C tests, built from the sources that are shipped: plainly, and under every tool that watches them run."""
+"""The C tests, built from the sources that are shipped: plainly, and under the tools that watch them run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Build = Callable[[Sequence[str], Sequence[str], str], Path]
 
 @pytest.fixture
 def build(tmp_path: Path) -> Build:
-    """Compiles the test program in a folder of its own, with both adapters over the array variant's settings."""
+    """Compiles the test program, with both adapters, in a folder of its own."""
 
     def program(compiler: Sequence[str], options: Sequence[str], precision: str) -> Path:
         gcf = descriptors.load("gcf")

@@ -12,9 +12,11 @@ from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
-import binary_symbols
+import elf
 import numpy as np
 import pytest
+from fmpy import read_model_description
+from fmpy.validation import validate_fmu
 from host import Instance, Library, Replay
 from numpy.typing import NDArray
 
@@ -23,10 +25,9 @@ from ahrs_fmu.errors import BuildError, ParameterError
 from ahrs_fmu.export import icon
 from ahrs_fmu.export.binaries import binary_folder, compile_binaries
 from ahrs_fmu.export.package import build_fmu
+from ahrs_fmu.export.shared_library import read_binaries
 from ahrs_fmu.export.source_code import fmi_headers, source_files
 from ahrs_fmu.export.variant import Variant
-from fmpy import read_model_description
-from fmpy.validation import validate_fmu
 
 FmuFile = Callable[..., Path]
 VARIANTS = ["2", "3", "3-scalar"]
@@ -87,12 +88,16 @@ def test_the_archive_has_plain_forward_paths_and_fixed_times(fmi: str, fmu_file:
         licence = archive.read("documentation/licenses/license.txt").decode()
     assert licence.startswith("BSD 2-Clause")
     expected = {"modelDescription.xml", "documentation/index.html"}
-    expected |= {"model.png"} if fmi == "2" else {
-        "sources/buildDescription.xml",
-        "terminalsAndIcons/terminalsAndIcons.xml",
-        "terminalsAndIcons/icon.png",
-        "terminalsAndIcons/icon.svg",
-    }
+    expected |= (
+        {"model.png"}
+        if fmi == "2"
+        else {
+            "sources/buildDescription.xml",
+            "terminalsAndIcons/terminalsAndIcons.xml",
+            "terminalsAndIcons/icon.png",
+            "terminalsAndIcons/icon.svg",
+        }
+    )
     assert expected <= names
 
 
@@ -101,16 +106,15 @@ def test_host_binaries_are_small_export_the_standard_and_need_an_old_libc_only(
     fmi: str, fmu_file: FmuFile
 ) -> None:
     ((_, data),) = binaries(fmu_file(fmi)).items()
-    symbols = binary_symbols.read(data)
+    (library,) = read_binaries(data)
     assert len(data) < 120_000
-    assert symbols.exported == functions_of(int(fmi[0]))
-    if toolchain.host_platform().endswith("linux"):
-        assert symbols.libraries <= {"libc.so.6", "libm.so.6"}
-        assert all(glibc(version) <= (2, 17) for version in symbols.versions)
-        needed = symbols.imported - {name for name in symbols.imported if name.startswith("_")}
-        assert needed <= {"calloc", "malloc", "free", "memcpy", "memset", "memcmp", "bcmp", "strlen"} | {
-            "strcmp", "strncmp", "snprintf", "vsnprintf"
-        }  # fmt: skip
+    assert library.exports == functions_of(int(fmi[0]))
+    if library.platform.endswith("linux"):
+        assert set(library.libraries) <= {"libc.so.6", "libm.so.6"}
+        assert all(glibc(version) <= (2, 17) for version in library.versions)
+        memory = {"calloc", "malloc", "free", "memcpy", "memset", "memcmp", "bcmp"}
+        text = {"strlen", "strcmp", "strncmp", "snprintf", "vsnprintf"}
+        assert {name for name in elf.imported(data) if not name.startswith("_")} <= memory | text
 
 
 @pytest.mark.slow
@@ -127,17 +131,16 @@ def test_fmus_for_all_platforms_stay_small_and_export_the_standard(fmi: str, tmp
     else:
         assert folders == set(toolchain.TARGETS)
     for name, data in found.items():
-        parts = binary_symbols.darwin_parts(data) if "darwin64/" in name else {0: data}
+        parts = read_binaries(data)
         assert len(parts) == (2 if "darwin64/" in name else 1)
-        for part in parts.values():
-            symbols = binary_symbols.read(part)
-            assert symbols.exported == functions_of(version), name
-            assert len(part) < 120_000, name
+        assert len(data) < 120_000 * len(parts), name
+        for part in parts:
+            assert part.exports == functions_of(version), name
             if name.endswith(".dll"):
-                assert all(re.fullmatch(r"KERNEL32\.dll|api-ms-win-crt-.*", n) for n in symbols.libraries)
+                assert all(re.fullmatch(r"KERNEL32\.dll|api-ms-win-crt-.*", n) for n in part.libraries)
             if name.endswith(".dylib"):
-                assert symbols.libraries == {"/usr/lib/libSystem.B.dylib"}
-            assert all(glibc(v) <= (2, 17) for v in symbols.versions)
+                assert part.libraries == ("/usr/lib/libSystem.B.dylib",)
+            assert all(glibc(v) <= (2, 17) for v in part.versions)
 
 
 def test_sources_have_no_variables_that_can_change(tmp_path: Path) -> None:
@@ -149,8 +152,8 @@ def test_sources_have_no_variables_that_can_change(tmp_path: Path) -> None:
         command = [sys.executable, "-m", "ziglang", "cc", "-c", "-O2", "-fPIC", "-fno-sanitize=undefined"]
         command += ["-isystem", str(fmi_headers()), source.name, "-o", "object.o"]
         subprocess.run(command, cwd=tmp_path, check=True, env=toolchain.environment())
-        sections = binary_symbols.elf_sections((tmp_path / "object.o").read_bytes())
-        for section, (_, _, size) in sections.items():
+        sections = elf.sections((tmp_path / "object.o").read_bytes())
+        for section, (_, size) in sections.items():
             changeable = re.match(r"\.(data|bss|tdata|tbss)(?!\.rel\.ro)", section)
             assert not (changeable and size), f"{source.name} has {size} bytes in {section}"
 
@@ -207,7 +210,7 @@ def test_fmi_2_sources_link_statically_under_the_prefix_of_their_model(tmp_path:
     library = toolchain.compile_library(
         sorted(tmp_path.glob("*.c")), tmp_path / "out" / "x.so", system_include=[tmp_path]
     )
-    exported = binary_symbols.read(library.read_bytes()).exported
+    exported = read_binaries(library.read_bytes())[0].exports
     assert {f"GCF_{name}" for name in functions_of(2)} == exported
 
 

@@ -1,10 +1,11 @@
-"""The page that opens from an importer: what the model is, how to wire it, its parameters, frames and timing."""
+"""The page that opens from an importer: what the model is, its wiring, parameters, frames and timing."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cache
 from html import escape
+from pathlib import Path
 
 import numpy as np
 
@@ -17,30 +18,7 @@ from ahrs_fmu.metrics import attitude_error
 from ahrs_fmu.native import NativeModel
 from ahrs_fmu.version import __version__
 
-_STYLE = """
-:root { --ink: #26324a; --soft: #5b6780; --line: #dfe4ec; --accent: #2d5fa6; }
-* { box-sizing: border-box; }
-body { margin: 0; color: var(--ink); background: #f4f6f9; font: 15px/1.55 system-ui, "Segoe UI", Helvetica, Arial, sans-serif; }
-header { background: var(--ink); color: #fff; }
-header > div, main { max-width: 1080px; margin: 0 auto; padding: 28px 32px; }
-header > div { display: flex; gap: 24px; align-items: center; }
-header svg { width: 84px; flex: none; }
-h1 { margin: 0; font-size: 30px; line-height: 1.2; }
-header p { margin: 4px 0 0; opacity: .85; }
-.chips span { display: inline-block; margin: 10px 8px 0 0; padding: 1px 10px; border: 1px solid #ffffff55; border-radius: 12px; font-size: 13px; }
-section { background: #fff; border: 1px solid var(--line); border-radius: 8px; padding: 8px 26px 20px; margin: 0 0 20px; }
-h2 { font-size: 19px; margin: 14px 0 8px; }
-h3 { font-size: 15px; margin: 18px 0 4px; }
-table { border-collapse: collapse; width: 100%; font-size: 13.5px; margin: 8px 0 4px; }
-th { text-align: left; color: var(--soft); font-weight: 600; border-bottom: 2px solid var(--line); padding: 5px 10px 5px 0; white-space: nowrap; }
-td { border-bottom: 1px solid var(--line); padding: 5px 10px 5px 0; vertical-align: top; }
-td.n { white-space: nowrap; font-variant-numeric: tabular-nums; }
-code { font: 13px ui-monospace, Consolas, Menlo, monospace; color: var(--accent); }
-pre { background: #f4f6f9; border-radius: 6px; padding: 12px 14px; overflow-x: auto; font: 13px/1.5 ui-monospace, Consolas, Menlo, monospace; }
-section svg { width: 100%; height: auto; font: 12px system-ui, "Segoe UI", Helvetica, Arial, sans-serif; }
-.pair { display: grid; grid-template-columns: 1fr 1fr; gap: 12px; }
-.note { color: var(--soft); font-size: 13.5px; }
-"""
+_STYLE = Path(__file__).with_name("page.css")
 _HEAD_INPUT = ("Name", "Reference", "Size", "Type", "Unit", "Meaning")
 _HEAD_PARAMETER = ("Name", "Reference", "Default", "Limits", "Unit", "Tunable", "Meaning")
 
@@ -63,9 +41,10 @@ def page(variant: Variant) -> str:
         [
             "<!DOCTYPE html>",
             '<html lang="en">',
-            '<head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">',
+            '<head><meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{escape(descriptor.title)}: {escape(descriptor.summary)}</title>",
-            f"<style>{_STYLE}</style></head>",
+            f"<style>\n{_STYLE.read_text()}</style></head>",
             "<body>",
             _header(variant),
             "<main>",
@@ -81,11 +60,17 @@ def page(variant: Variant) -> str:
 def _header(variant: Variant) -> str:
     descriptor = variant.descriptor
     arrays = {"2": "scalar variables", "3": "array variables", "3-scalar": "scalar variables"}[variant.fmi]
-    chips = [f"FMI {variant.version}.0 co-simulation", arrays, f"{variant.precision} precision", f"version {__version__}"]
+    chips = [
+        f"FMI {variant.version}.0 co-simulation",
+        arrays,
+        f"{variant.precision} precision",
+        f"version {__version__}",
+    ]
     return (
         f"<header><div>{icon.horizon_svg()}<div><h1>{escape(descriptor.title)}</h1>"
         f"<p>{escape(descriptor.summary)}</p>"
-        f'<div class="chips">{"".join(f"<span>{escape(chip)}</span>" for chip in chips)}</div></div></div></header>'
+        f'<div class="chips">{"".join(f"<span>{escape(chip)}</span>" for chip in chips)}</div>'
+        "</div></div></header>"
     )
 
 
@@ -98,7 +83,9 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]], plain: Sequence[s
     classes = ["" if title in plain else ' class="n"' for title in head]
     lines = ["<table><tr>" + "".join(f"<th>{escape(title)}</th>" for title in head) + "</tr>"]
     for row in rows:
-        lines.append("<tr>" + "".join(f"<td{c}>{cell}</td>" for c, cell in zip(classes, row, strict=True)) + "</tr>")
+        lines.append(
+            "<tr>" + "".join(f"<td{c}>{cell}</td>" for c, cell in zip(classes, row, strict=True)) + "</tr>"
+        )
     return "\n".join([*lines, "</table>"])
 
 
@@ -133,11 +120,13 @@ def _run(model: str) -> str:
     return _section(
         "A run with the default settings",
         "<p>A generated flight of a small multirotor: rocking in roll and pitch, turning in yaw, with sensor "
-        "noise, a gyroscope bias of 0.2 to 0.3 deg/s per axis and real side accelerations. Dashed: the truth.</p>",
+        "noise, a gyroscope bias of 0.2 to 0.3 deg/s per axis and real side accelerations. Dashed: "
+        "the truth.</p>",
         angles("roll", "pitch").svg(190),
         angles("yaw").svg(150),
         figures.Chart(flight.time, errors, {}, "error in deg").svg(160),
-        f'<p class="note">RMS after the first seconds at rest: inclination {rms["inclination"]:.2f} deg, heading '
+        f'<p class="note">RMS after the first seconds at rest: inclination {rms["inclination"]:.2f} '
+        f"deg, heading "
         f"{rms['heading']:.2f} deg. Drawn from this model's own C code.</p>",
     )
 
@@ -167,16 +156,15 @@ def _port_rows(variables: Iterable[Variable]) -> list[list[str]]:
 
 def _wiring(variant: Variant) -> str:
     naming = {
-        "2": "Elements of an array are variables of their own: <code>gyro[1]</code>, <code>gyro[2]</code> and so on.",
-        "3": "An array is one variable under its first reference.",
-        "3-scalar": "Elements of an array are variables of their own: <code>gyro[1]</code>, <code>gyro[2]</code> ...",
-    }[variant.fmi]
+        True: "An array is one variable under its first reference.",
+        False: "Elements of an array are variables of their own: <code>gyro[1]</code>, <code>gyro[2]</code> ...",
+    }[variant.has_arrays]
     descriptor = variant.descriptor
     return _section(
         "Wiring",
-        f"<p>{naming} All quantities are in SI units; tools that know display units show the ones in parentheses. "
-        "Every model of this family has the same variables under the same references, so that one can replace "
-        "another.</p>",
+        f"<p>{naming} All quantities are in SI units; tools that know display units show the ones in "
+        f"parentheses. Every model of this family has the same variables under the same references, "
+        f"so that one can replace another.</p>",
         "<h3>Inputs</h3>",
         _table(_HEAD_INPUT, _port_rows(descriptor.inputs)),
         "<h3>Outputs</h3>",
@@ -187,13 +175,14 @@ def _wiring(variant: Variant) -> str:
 def _frames() -> str:
     return _section(
         "Frames",
-        "<p>The parameter <code>frame</code> names the navigation frame and with it the body axes in which the "
-        "sensors are mounted. The accelerometer gives specific force: what it reads, not gravity. If level rest "
-        "reads the opposite sign of the third axis, the axes are those of the other frame.</p>",
+        "<p>The parameter <code>frame</code> names the navigation frame and with it the body axes in "
+        "which the sensors are mounted. The accelerometer gives specific force: what it reads, not "
+        "gravity. If level rest reads the opposite sign of the third axis, the axes are those of the "
+        "other frame.</p>",
         f'<div class="pair"><div>{figures.frames("ned")}</div><div>{figures.frames("enu")}</div></div>',
-        "<p><code>q</code> turns body vectors into navigation vectors: v<sub>n</sub> = q v<sub>b</sub> q*. Yaw is "
-        "counted from north, clockwise seen from above, in <code>ned</code>, and from east, counter-clockwise, in "
-        "<code>enu</code>.</p>",
+        "<p><code>q</code> turns body vectors into navigation vectors: v<sub>n</sub> = q "
+        "v<sub>b</sub> q*. Yaw is counted from north, clockwise seen from above, in "
+        "<code>ned</code>, and from east, counter-clockwise, in <code>enu</code>.</p>",
     )
 
 
@@ -202,19 +191,21 @@ def _timing(variant: Variant) -> str:
     return _section(
         "Timing",
         f"<p>The model is a sampled device. Its ticks lie at the start time plus 1, 2, 3 ... times "
-        f"<code>sample_time</code> ({period:g} s unless set). A communication step runs the ticks inside it, the one "
-        "at its end included; it may have any length, shorter or longer than a tick. A tick uses the inputs set "
-        "last; outputs hold until the next tick.</p>",
+        f"<code>sample_time</code> ({period:g} s unless set). A communication step runs the ticks "
+        f"inside it, the one at its end included; it may have any length, shorter or longer than a "
+        f"tick. A tick uses the inputs set last; outputs hold until the next tick.</p>",
         figures.timing(),
-        '<p class="note">Red: inputs that a tick uses. Grey: inputs that are replaced before a tick comes.</p>',
-        "<p>So outputs never depend on inputs of the same instant, and there is no algebraic loop: an importer that "
-        "sets inputs at t and steps to t + h sees the answer to them at t + h. To replay a recording without that "
-        "delay, set sample k before the step that ends at its time. The output at the start is the attitude that "
-        "the inputs present at the end of initialisation give.</p>",
+        '<p class="note">Red: inputs that a tick uses. Grey: inputs that are replaced before a tick '
+        "comes.</p>",
+        "<p>So outputs never depend on inputs of the same instant, and there is no algebraic loop: "
+        "an importer that sets inputs at t and steps to t + h sees the answer to them at t + h. To "
+        "replay a recording without that delay, set sample k before the step that ends at its time. "
+        "The output at the start is the attitude that the inputs present at the end of "
+        "initialisation give.</p>",
     )
 
 
-def _value(descriptor: Descriptor, variable: Variable) -> str:
+def _value(variable: Variable) -> str:
     value = variable.default
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -226,7 +217,7 @@ def _value(descriptor: Descriptor, variable: Variable) -> str:
 def _limits(variable: Variable) -> str:
     if variable.type not in ("real", "integer"):
         return ""
-    low = "(−∞" if variable.min is None else f"{'(' if variable.min_open else '['}{variable.min:.4g}"
+    low = "(-∞" if variable.min is None else f"{'(' if variable.min_open else '['}{variable.min:.4g}"
     last = "]" if variable.allow_infinite else ")"
     high = f"∞{last}" if variable.max is None else f"{variable.max:.4g}{')' if variable.max_open else ']'}"
     return f"{low}, {high}"
@@ -238,7 +229,7 @@ def _parameters(variant: Variant) -> str:
         [
             f"<code>{escape(v.name)}</code>",
             str(v.vr) if v.size == 1 else f"{v.vr} to {v.vr + v.size - 1}",
-            _value(descriptor, v),
+            _value(v),
             _limits(v),
             _unit(v),
             "yes" if v.tunable else "no",
@@ -246,14 +237,16 @@ def _parameters(variant: Variant) -> str:
         ]
         for v in sorted(descriptor.parameters, key=lambda v: (not descriptor.own([v]), v.vr))
     ]
-    rules = [f"<li><code>{escape(limit.rule)}</code>: {escape(limit.says)}</li>" for limit in descriptor.limits]
+    rules = [
+        f"<li><code>{escape(limit.rule)}</code>: {escape(limit.says)}</li>" for limit in descriptor.limits
+    ]
     return _section(
         "Parameters",
         "<p>Tunable ones may change at any time; the others are fixed once initialisation has ended.</p>",
         _table(_HEAD_PARAMETER, rows),
         "<h3>Rules between parameters</h3>",
-        "<p>They are checked at the end of initialisation, and at the first step after a change, which then fails "
-        "and keeps the old values.</p>",
+        "<p>They are checked at the end of initialisation, and at the first step after a change, "
+        "which then fails and keeps the old values.</p>",
         f"<ul>{''.join(rules)}</ul>",
     )
 
@@ -262,7 +255,9 @@ def _choices(descriptor: Descriptor) -> str:
     parts: list[str] = []
     for name in sorted({v.enumeration for v in descriptor.variables if v.enumeration}):
         enumeration = descriptor.enumerations[name]
-        rows = [[f"<code>{escape(i.name)}</code>", str(i.value), escape(i.description)] for i in enumeration.items]
+        rows = [
+            [f"<code>{escape(i.name)}</code>", str(i.value), escape(i.description)] for i in enumeration.items
+        ]
         parts += [f"<h3>{escape(name)}</h3>", f"<p class=note>{escape(enumeration.description)}</p>"]
         parts.append(_table(("Name", "Number", "Meaning"), rows))
     return _section("Choices", *parts) if parts else ""
@@ -273,12 +268,13 @@ def _in_use(variant: Variant) -> str:
     return _section(
         "In use",
         "<p>A sensor sample that is not a number, infinite or far beyond anything physical counts as no "
-        "measurement and is forgotten. A call that makes no sense is refused with an error, changes nothing and "
-        f"leaves a line in the log that names the function and the reason; choose the categories with <code>{call}"
-        "</code>. States can be saved, restored and serialised exactly; bytes that are not a state of this very "
-        "model are refused. Any number of instances may run at once. The binaries need the C library only.</p>",
-        "<p>The folder <code>sources</code> holds everything to build the model anew, on any platform with a C99 "
-        "compiler:</p>",
+        "measurement and is forgotten. A call that makes no sense is refused with an error, changes "
+        f"nothing and leaves a line in the log that names the function and the reason; choose the "
+        f"categories with <code>{call}</code>. States can be saved, restored and serialised exactly; "
+        f"bytes that are not a state of this very model are refused. Any number of instances may run "
+        f"at once. The binaries need the C library only.</p>",
+        "<p>The folder <code>sources</code> holds everything to build the model anew, on any "
+        "platform with a C99 compiler:</p>",
         f"<pre>python -m fmpy compile {escape(variant.descriptor.title)}.fmu</pre>",
         "<p>The licence, BSD-2-Clause, is in <code>documentation/licenses</code>.</p>",
     )

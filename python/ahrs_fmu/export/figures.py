@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +51,7 @@ class Chart:
         span = float(self.time[-1] - self.time[0])
 
         def x(t: FloatArray) -> FloatArray:
-            return _LEFT + (t - self.time[0]) / span * (_WIDTH - _LEFT - _RIGHT)
+            return np.asarray(_LEFT + (t - self.time[0]) / span * (_WIDTH - _LEFT - _RIGHT))
 
         def y(v: FloatArray | float) -> FloatArray:
             return np.asarray(_TOP + (high - v) / (high - low) * (height - _TOP - _BOTTOM))
@@ -62,7 +63,9 @@ class Chart:
             parts.append(_text(_LEFT - 8, at + 4, f"{tick:g}", "end"))
         for tick in nice_ticks(float(self.time[0]), float(self.time[-1])):
             if self.time[0] <= tick <= self.time[-1]:
-                parts.append(_text(float(x(np.asarray(tick))), height - _BOTTOM + 18, f"{tick:g} s", "middle"))
+                parts.append(
+                    _text(float(x(np.asarray(tick))), height - _BOTTOM + 18, f"{tick:g} s", "middle")
+                )
         parts.append(
             f'<text transform="translate(14 {(height - _BOTTOM + _TOP) / 2:.0f}) rotate(-90)" '
             f'text-anchor="middle">{escape(self.label)}</text>'
@@ -92,7 +95,7 @@ def _apart(positions: Sequence[float], gap: float) -> list[float]:
     """Move labels from each other, downwards."""
     moved = list(positions)
     order = sorted(range(len(moved)), key=lambda i: moved[i])
-    for before, after in zip(order, order[1:], strict=False):
+    for before, after in pairwise(order):
         moved[after] = max(moved[after], moved[before] + gap)
     return moved
 
@@ -103,8 +106,11 @@ def frames(frame: str) -> str:
         "ned": (("x forward", 62, -42), ("y right", 84, 26), ("z down", 0, 78)),
         "enu": (("x forward", 62, -42), ("y left", -84, -26), ("z up", 0, -78)),
     }[frame]
-    reads = {"ned": "level rest reads accel = (0, 0, −9.81)", "enu": "level rest reads accel = (0, 0, +9.81)"}
-    titles = {"ned": "ned: north-east-down, body forward-right-down", "enu": "enu: east-north-up, body forward-left-up"}
+    reads = {"ned": "level rest reads accel = (0, 0, -9.81)", "enu": "level rest reads accel = (0, 0, +9.81)"}
+    titles = {
+        "ned": "ned: north-east-down, body forward-right-down",
+        "enu": "enu: east-north-up, body forward-left-up",
+    }
     parts = [_open(400, 268, titles[frame])]
     parts.append(_text(200, 18, titles[frame], "middle", "font-weight:600"))
     cx, cy = 200.0, 130.0
@@ -143,14 +149,20 @@ def timing() -> str:
             )
     for n in range(5):
         x = x0 + n * tick
-        parts.append(_line(x, rows["importer"] - 14, x, rows["outputs"] + 12, FAINT, 0.8, 'stroke-dasharray="3 3"'))
+        parts.append(
+            _line(x, rows["importer"] - 14, x, rows["outputs"] + 12, FAINT, 0.8, 'stroke-dasharray="3 3"')
+        )
         label = "start: first attitude" if n == 0 else f"tick {n}"
-        parts.append(f'<rect x="{x - 3:.1f}" y="{rows["ticks"] - 9:.0f}" width="6" height="18" fill="{COLOURS[2]}"/>')
+        parts.append(
+            f'<rect x="{x - 3:.1f}" y="{rows["ticks"] - 9:.0f}" width="6" height="18" fill="{COLOURS[2]}"/>'
+        )
         parts.append(_text(x + 7, rows["ticks"] - 5, label, "start"))
         if n < 4:
             level = rows["outputs"] + (5, -4, 3, -6)[n]
             parts.append(_line(x, level, x + tick, level, COLOURS[1], 3.0))
-    parts += [f'<circle cx="{x0 + at * tick:.1f}" cy="{rows["importer"]:.0f}" r="4" fill="{INK}"/>' for at in steps]
+    parts += [
+        f'<circle cx="{x0 + at * tick:.1f}" cy="{rows["importer"]:.0f}" r="4" fill="{INK}"/>' for at in steps
+    ]
     return "\n".join([*parts, "</svg>"])
 
 
@@ -168,9 +180,14 @@ def _line(x1: float, y1: float, x2: float, y2: float, colour: str, width: float,
 def _arrow(x1: float, y1: float, x2: float, y2: float, colour: str) -> str:
     length = float(np.hypot(x2 - x1, y2 - y1))
     ux, uy = (x2 - x1) / length, (y2 - y1) / length
-    left, right = (x2 - 10 * ux + 4 * uy, y2 - 10 * uy - 4 * ux), (x2 - 10 * ux - 4 * uy, y2 - 10 * uy + 4 * ux)
+    left, right = (
+        (x2 - 10 * ux + 4 * uy, y2 - 10 * uy - 4 * ux),
+        (x2 - 10 * ux - 4 * uy, y2 - 10 * uy + 4 * ux),
+    )
     head = f"{x2:.1f},{y2:.1f} {left[0]:.1f},{left[1]:.1f} {right[0]:.1f},{right[1]:.1f}"
-    return _line(x1, y1, x2 - 8 * ux, y2 - 8 * uy, colour, 2.4) + f'<polygon points="{head}" fill="{colour}"/>'
+    return (
+        _line(x1, y1, x2 - 8 * ux, y2 - 8 * uy, colour, 2.4) + f'<polygon points="{head}" fill="{colour}"/>'
+    )
 
 
 def _text(x: float, y: float, text: str, anchor: str, style: str = "") -> str:
