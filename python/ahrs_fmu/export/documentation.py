@@ -157,7 +157,7 @@ def _port_rows(variables: Iterable[Variable]) -> list[list[str]]:
 def _wiring(variant: Variant) -> str:
     naming = {
         True: "An array is one variable under its first reference.",
-        False: "Elements of an array are variables of their own: <code>gyro[1]</code>, <code>gyro[2]</code> ...",
+        False: "Elements of an array are variables of their own: <code>gyro[1]</code>, <code>gyro[2]</code>",
     }[variant.has_arrays]
     descriptor = variant.descriptor
     return _section(
