@@ -1,7 +1,8 @@
-"""stub"""
+"""The page ``documentation/index.html`` of an FMU."""
+
 from ahrs_fmu.export.variant import Variant
 
 
 def page(variant: Variant) -> str:
-    """stub"""
-    return "<html></html>"
+    """Text of the page."""
+    return f"<!DOCTYPE html><title>{variant.descriptor.title}</title>\n"

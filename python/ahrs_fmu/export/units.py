@@ -58,7 +58,9 @@ def parse(text: str) -> Unit:
         for factor in part.split("."):
             match = _FACTOR.fullmatch(factor)
             if match is None or match[1] not in _SYMBOLS:
-                raise BuildError(f"unit '{text}' has the unknown symbol '{factor}': use {', '.join(_SYMBOLS)}")
+                raise BuildError(
+                    f"unit '{text}' has the unknown symbol '{factor}': use {', '.join(_SYMBOLS)}"
+                )
             exponent = sign * int(match[2] or 1)
             symbol_scale, symbol_powers = _SYMBOLS[match[1]]
             scale *= symbol_scale**exponent
