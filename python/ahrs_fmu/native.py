@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from math import prod
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -81,6 +82,10 @@ class _Column(ctypes.Structure):
     ]
 
 
+# In the order of the kinds of native/native.h.
+_COLUMN_KINDS: Sequence[type[np.generic]] = (np.float64, np.bool_, np.int32)
+
+
 @cache
 def _library(precision: Precision) -> ctypes.CDLL:
     library = ctypes.CDLL(str(library_file(precision)))
@@ -109,6 +114,10 @@ class _Slot:
     @property
     def is_real(self) -> bool:
         return self.variable.type == "real"
+
+    @property
+    def column_type(self) -> type[np.generic]:
+        return {"real": np.float64, "boolean": np.bool_}.get(self.variable.type, np.int32)
 
 
 class NativeModel:
@@ -180,7 +189,7 @@ class NativeModel:
 
     def run(
         self, dt: ArrayLike, inputs: Mapping[str, NDArray[np.generic]], outputs: Sequence[str]
-    ) -> dict[str, NDArray[np.float64] | NDArray[np.int32]]:
+    ) -> dict[str, NDArray[np.generic]]:
         """Run over rows of inputs in one call.
 
         Parameters
@@ -195,12 +204,15 @@ class NativeModel:
         Returns
         -------
         dict of str to ndarray
-            Each output with shape (N,) or (N, size).
+            Each output with shape (N,) or (N, size): float64, bool, or int32.
         """
         steps = np.ascontiguousarray(dt, dtype=np.float64)
         rows = len(steps)
-        columns_in = {name: self._contiguous(name, column) for name, column in inputs.items()}
-        columns_out = {name: self._empty(name, rows) for name in outputs}
+        columns_in = {
+            name: np.ascontiguousarray(column, dtype=self._slots[name].column_type)
+            for name, column in inputs.items()
+        }
+        columns_out = self._empty_columns(outputs, rows)
         self._library.ahrs_native_run(
             ctypes.addressof(self._model),
             self._address,
@@ -213,27 +225,29 @@ class NativeModel:
         )
         return columns_out
 
-    def _contiguous(self, name: str, column: NDArray[np.generic]) -> NDArray[np.float64] | NDArray[np.int32]:
-        if self._slots[name].is_real:
-            return np.ascontiguousarray(column, dtype=np.float64)
-        return np.ascontiguousarray(column, dtype=np.int32)
+    def _empty_columns(self, names: Sequence[str], rows: int) -> dict[str, NDArray[np.generic]]:
+        """Columns in one piece of memory, which the system hands out much faster than many small ones."""
+        shapes = {
+            name: (rows,) if (size := self._slots[name].variable.size) == 1 else (rows, size)
+            for name in names
+        }
+        types = {name: np.dtype(self._slots[name].column_type) for name in names}
+        sizes = {name: types[name].itemsize * prod(shapes[name]) for name in names}
+        memory = np.empty(sum(sizes.values()), dtype=np.uint8)
+        columns: dict[str, NDArray[np.generic]] = {}
+        start = 0
+        # Larger elements first keep all of them aligned.
+        for name in sorted(names, key=lambda name: -types[name].itemsize):
+            columns[name] = memory[start : start + sizes[name]].view(types[name]).reshape(shapes[name])
+            start += sizes[name]
+        return columns
 
-    def _empty(self, name: str, rows: int) -> NDArray[np.float64] | NDArray[np.int32]:
-        slot = self._slots[name]
-        shape = (rows,) if slot.variable.size == 1 else (rows, slot.variable.size)
-        return np.empty(shape, dtype=np.float64) if slot.is_real else np.empty(shape, dtype=np.int32)
-
-    def _columns(
-        self, arrays: Mapping[str, NDArray[np.float64] | NDArray[np.int32]]
-    ) -> ctypes.Array[_Column]:
+    def _columns(self, arrays: Mapping[str, NDArray[np.generic]]) -> ctypes.Array[_Column]:
         return (_Column * len(arrays))(
             *(
                 _Column(
-                    a.ctypes.data,
-                    self._slots[n].offset,
-                    self._slots[n].variable.size,
-                    0 if self._slots[n].is_real else 1,
+                    array.ctypes.data, slot.offset, slot.variable.size, _COLUMN_KINDS.index(slot.column_type)
                 )
-                for n, a in arrays.items()
+                for slot, array in ((self._slots[name], array) for name, array in arrays.items())
             )
         )
