@@ -145,7 +145,7 @@ void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
     p->kp = AHRS_C(0.5);
     p->ki = AHRS_C(0.1);
     p->kii = AHRS_C(0.0);
-    p->bias_limit = AHRS_C(0.2);
+    p->bias_limit = AHRS_C(1.0);
     p->realisation = 0;
     p->form = 0;
     p->error = 0;
@@ -180,7 +180,7 @@ static void update(void *data, ahrs_real dt) {
     ahrs_gcf_update(&i->state, &i->params, &i->inputs, dt);
 }
 
-static void outputs(void *data) {
+static void compute_outputs(void *data) {
     instance *i = data;
     ahrs_gcf_outputs(&i->state, &i->params, &i->outputs);
 }
@@ -191,4 +191,4 @@ const fmu_model ahrs_gcf_model = {
     offsetof(instance, params.common.sample_time), 0.01,
     variables, sizeof variables / sizeof variables[0],
     limits, sizeof limits / sizeof limits[0],
-    defaults, init, update, outputs};
+    defaults, init, update, compute_outputs};
