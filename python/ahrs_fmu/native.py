@@ -6,7 +6,7 @@ import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import prod
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -82,8 +82,12 @@ class _Column(ctypes.Structure):
     ]
 
 
-# In the order of the kinds of native/native.h.
-_COLUMN_KINDS: Sequence[type[np.generic]] = (np.float64, np.bool_, np.int32)
+# As in native/native.h.
+_COLUMN_KINDS: Mapping[np.dtype[np.generic], int] = {
+    np.dtype(np.float64): 0,
+    np.dtype(np.bool_): 1,
+    np.dtype(np.int32): 2,
+}
 
 
 @cache
@@ -105,19 +109,20 @@ def _library(precision: Precision) -> ctypes.CDLL:
 
 @dataclass(frozen=True)
 class _Slot:
-    """Where a variable is in the instance."""
+    """Where a variable is in the instance, and what a column of it is over the rows of a recording."""
 
     variable: Variable
     offset: int
     view: NDArray[np.float64] | NDArray[np.float32] | NDArray[np.int32]
+    column_type: np.dtype[np.generic]
+    row_shape: tuple[int, ...]
 
     @property
     def is_real(self) -> bool:
         return self.variable.type == "real"
 
-    @property
-    def column_type(self) -> type[np.generic]:
-        return {"real": np.float64, "boolean": np.bool_}.get(self.variable.type, np.int32)
+    def column(self, address: int) -> _Column:
+        return _Column(address, self.offset, self.variable.size, _COLUMN_KINDS[self.column_type])
 
 
 class NativeModel:
@@ -151,7 +156,9 @@ class NativeModel:
     def _slot(self, variable: Variable, offset: int) -> _Slot:
         kind = np.dtype(self._real if variable.type == "real" else np.int32)
         view = self._bytes[offset : offset + kind.itemsize * variable.size].view(kind)
-        return _Slot(variable, offset, view)
+        column_type = {"real": np.float64, "boolean": np.bool_}.get(variable.type, np.int32)
+        row_shape = (variable.size,) if variable.size > 1 else ()
+        return _Slot(variable, offset, view, np.dtype(column_type), row_shape)
 
     def set(self, name: str, values: ArrayLike) -> None:
         """Write the elements of a parameter or an input; the caller has checked them."""
@@ -207,47 +214,35 @@ class NativeModel:
             Each output with shape (N,) or (N, size): float64, bool, or int32.
         """
         steps = np.ascontiguousarray(dt, dtype=np.float64)
-        rows = len(steps)
-        columns_in = {
+        given = {
             name: np.ascontiguousarray(column, dtype=self._slots[name].column_type)
             for name, column in inputs.items()
         }
-        columns_out = self._empty_columns(outputs, rows)
+        found = self._empty_columns(outputs, len(steps))
         self._library.ahrs_native_run(
             ctypes.addressof(self._model),
             self._address,
-            rows,
+            len(steps),
             steps.ctypes.data,
-            self._columns(columns_in),
-            len(columns_in),
-            self._columns(columns_out),
-            len(columns_out),
+            self._columns(given),
+            len(given),
+            self._columns(found),
+            len(found),
         )
-        return columns_out
-
-    def _empty_columns(self, names: Sequence[str], rows: int) -> dict[str, NDArray[np.generic]]:
-        """Columns in one piece of memory, which the system hands out much faster than many small ones."""
-        shapes = {
-            name: (rows,) if (size := self._slots[name].variable.size) == 1 else (rows, size)
-            for name in names
-        }
-        types = {name: np.dtype(self._slots[name].column_type) for name in names}
-        sizes = {name: types[name].itemsize * prod(shapes[name]) for name in names}
-        memory = np.empty(sum(sizes.values()), dtype=np.uint8)
-        columns: dict[str, NDArray[np.generic]] = {}
-        start = 0
-        # Larger elements first keep all of them aligned.
-        for name in sorted(names, key=lambda name: -types[name].itemsize):
-            columns[name] = memory[start : start + sizes[name]].view(types[name]).reshape(shapes[name])
-            start += sizes[name]
-        return columns
+        return found
 
     def _columns(self, arrays: Mapping[str, NDArray[np.generic]]) -> ctypes.Array[_Column]:
-        return (_Column * len(arrays))(
-            *(
-                _Column(
-                    array.ctypes.data, slot.offset, slot.variable.size, _COLUMN_KINDS.index(slot.column_type)
-                )
-                for slot, array in ((self._slots[name], array) for name, array in arrays.items())
-            )
-        )
+        columns = [self._slots[name].column(array.ctypes.data) for name, array in arrays.items()]
+        return (_Column * len(columns))(*columns)
+
+    def _empty_columns(self, names: Sequence[str], rows: int) -> dict[str, NDArray[np.generic]]:
+        """Columns in one piece of memory, which a system hands out faster than many small ones."""
+        # The larger elements first: that keeps all of them aligned.
+        slots = sorted((self._slots[name] for name in names), key=lambda slot: -slot.column_type.itemsize)
+        sizes = [rows * slot.column_type.itemsize * slot.variable.size for slot in slots]
+        memory = np.empty(sum(sizes), dtype=np.uint8)
+        starts = accumulate(sizes, initial=0)
+        return {
+            slot.variable.name: np.ndarray((rows, *slot.row_shape), slot.column_type, memory, start)
+            for slot, start in zip(slots, starts, strict=False)
+        }

@@ -1,14 +1,21 @@
-"""Timing of many cases in turn, so that their ratios hold on a machine that has other things to do."""
+"""Timing of many cases in turn, so that their ratios hold on a machine that has other things to do.
+
+What counts is processor time, of which the shortest is the least disturbed.
+"""
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from statistics import median
-from time import perf_counter_ns
+from time import monotonic, thread_time_ns
 
-WARM_UP = 3
+from rich.console import Console
+from rich.progress import Progress
+
+LEAST_ROUNDS = 10
+REPEATS = 3
 
 
 @dataclass(frozen=True)
@@ -22,7 +29,7 @@ class Case:
 
     @property
     def ns(self) -> float:
-        """Nanoseconds per row at its fastest: all that another process adds is left out."""
+        """Nanoseconds per row at its fastest."""
         return min(self.times)
 
     @property
@@ -46,16 +53,21 @@ class Ratio:
         return cases[self.case].ns / cases[self.base].ns
 
 
-def measure(cases: Iterable[Case], rounds: Iterable[int]) -> None:
-    """Time all cases in turn, once per round."""
-    cases = list(cases)
-    for case in cases:
-        for _ in range(WARM_UP):
-            case.call()
+def measure(cases: Sequence[Case], seconds: float, console: Console) -> int:
+    """Time all cases in turn, again and again for some seconds; returns how often."""
     gc.disable()
-    for _ in rounds:
-        for case in cases:
-            start = perf_counter_ns()
-            case.call()
-            case.times.append((perf_counter_ns() - start) / case.rows)
+    rounds = 0
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("timing", total=seconds)
+        end = monotonic() + seconds
+        while rounds < LEAST_ROUNDS or monotonic() < end:
+            for case in cases:
+                case.call()  # so that what ran before does not matter
+                for _ in range(REPEATS):
+                    start = thread_time_ns()
+                    case.call()
+                    case.times.append((thread_time_ns() - start) / case.rows)
+            rounds += 1
+            progress.update(task, completed=seconds - max(end - monotonic(), 0.0))
     gc.enable()
+    return rounds
