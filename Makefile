@@ -35,7 +35,7 @@ test-all: $(STAMP)
 
 bench: $(STAMP)
 	$(PYTHON) -m pip install --quiet --disable-pip-version-check --group peers
-	$(PYTHON) tests/bench/bench.py
+	PYTHONPATH=tests/fmu $(PYTHON) tests/bench/bench.py
 
 lint: $(STAMP)
 	$(PYTHON) -m ruff check python tests
