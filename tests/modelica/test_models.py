@@ -46,14 +46,14 @@ def plot(
     figure = Figure(figsize=(8.0, 6.0), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
     for label, (modelica, other) in curves.items():
-        (line,) = top.plot(time, modelica, label=label, alpha=0.5, linewidth=3.0)
-        top.plot(time, other, "--", color=line.get_color(), linewidth=1.0)
+        (line,) = top.plot(time, np.unwrap(modelica), label=label, alpha=0.5, linewidth=3.0)
+        top.plot(time, np.unwrap(other), "--", color=line.get_color(), linewidth=1.0)
     for label, difference in differences.items():
         bottom.semilogy(time, np.maximum(np.abs(difference), 1e-18), label=label)
     top.set_title("thick: Modelica, dashed: C")
     bottom.set(xlabel="time, s", ylabel="difference")
     for axes in (top, bottom):
-        axes.legend(loc="upper right")
+        axes.legend(loc="upper left", ncols=3)
         axes.grid(alpha=0.3)
     figure.savefig(path, dpi=120)
 
