@@ -30,6 +30,16 @@ OWN_OPTIONS: dict[str, dict[str, dict[str, object]]] = {
         "euler": {"realisation": "euler"},
         "small bias limit": {"bias_limit": 0.01},
     },
+    "kcf": {
+        "spread": {"spread": True},
+        "plain, six axes": {"refine": False, "use_mag": False},
+        "momentary gyroscope": {"gyro_sampling": "instant", "profile": "multirotor"},
+        "custom time, calibrated": {
+            "profile": "custom",
+            "accel_time_constant": 1.0,
+            "uncalibrated_odds": 0.0,
+        },
+    },
 }
 
 CASES = [

@@ -13,10 +13,14 @@ from ahrs_fmu.errors import ParameterError
 from ahrs_fmu.estimators.common import CommonState, Inputs, Parameters
 from ahrs_fmu.estimators.filter import Filter
 from ahrs_fmu.estimators.gcf import GCF
+from ahrs_fmu.estimators.kcf import KCF
 
 Numbers = NDArray[np.float64] | NDArray[np.int32]
 
-FILTERS: dict[str, type[Filter[tuple[NDArray[np.generic], ...]]]] = {"gcf": GCF}  # type: ignore[dict-item]
+FILTERS: dict[str, type[Filter[tuple[NDArray[np.generic], ...]]]] = {
+    "gcf": GCF,  # type: ignore[dict-item]
+    "kcf": KCF,  # type: ignore[dict-item]
+}
 """Class of every model that has a numpy back-end."""
 
 
