@@ -21,7 +21,8 @@ equation
     rate = imu.gyro - gyro_bias;
   end when;
   annotation(
-    Icon(graphics = {Line(points = {{40, -85}, {40, -78}, {55, -78}, {55, -85}, {70, -85}, {70, -78}, {85, -78}}, color = {80, 80, 80})}),
+    Icon(graphics = {Text(extent = {{50, -20}, {90, -60}}, textColor = {80, 80, 80}, textString = "M"),
+      Line(points = {{40, -85}, {40, -78}, {55, -78}, {55, -85}, {70, -85}, {70, -78}, {85, -78}}, color = {80, 80, 80})}),
     Documentation(info = "<html>
 <pre>
 e  = e_gravity(q^-) + e_heading(q^-)        at the predicted attitude q^-
