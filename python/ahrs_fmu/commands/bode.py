@@ -87,7 +87,7 @@ def bode(
     save: Annotated[bool, typer.Option("--save", help="Draw the response as PNG and SVG.")] = False,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the pictures.")] = Path("build"),
     json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers; - is the terminal.")
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers.")
     ] = None,
 ) -> None:
     """Show the frequency response of a filter: theory, and measured by stepping the C core or an FMU."""
@@ -97,6 +97,9 @@ def bode(
     device = _device(estimator, fmu, given, number)
     if not 0.0 < low < high:
         raise DesignError(f"frequencies from {low:g} to {high:g} rad/s: give positive ones, the lower first")
+    if high * device.sample_time >= math.pi:
+        half = math.pi / device.sample_time
+        raise DesignError(f"frequency = {high:g} rad/s: stay below half the sample rate, {half:g} rad/s")
     omega = np.geomspace(low, high, points)
     expected = None
     if device.gains is not None:
