@@ -46,6 +46,7 @@ lint: $(STAMP)
 generate: $(STAMP)
 	$(PYTHON) -m ahrs_fmu.export.headers
 	$(PYTHON) -m ahrs_fmu.export.classes
+	$(PYTHON) -m ahrs_fmu.export.modelica
 
 pictures: $(STAMP)
 	$(PYTHON) docs/run_page.py docs/frequency.md
