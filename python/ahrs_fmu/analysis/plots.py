@@ -20,6 +20,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from ahrs_fmu.analysis.allan import AllanDeviation, AllanFit
 from ahrs_fmu.analysis.design import ErrorCurve
+from ahrs_fmu.analysis.equivalent import Equivalent
 from ahrs_fmu.analysis.measure import FrequencyResponse, deviation
 from ahrs_fmu.analysis.systems import Array, ComplexArray, zeros
 from ahrs_fmu.analysis.theory import ComplementaryFilter, crossover, settling_time, step_error
@@ -239,6 +240,38 @@ def allan_figure(
         limits = (tau[0] / 1.3, tau[-1] * 1.3)
         panels.finish("averaging time [s]", "points: record; lines: fit of N, B and K", limits, columns=5)
     return panels.figure
+
+
+def equivalents_figure(found: Mapping[str, Equivalent]) -> Figure:
+    """Draw the measured low-pass of estimators, each with its nearest complementary filter and corner."""
+    columns = min(3, len(found))
+    rows = math.ceil(len(found) / columns)
+    with style.context(STYLE):
+        figure = Figure(figsize=(PAGE_WIDTH, 1.75 * rows + 0.6), layout="constrained")
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+        for panel, (name, equivalent) in zip(panels, found.items(), strict=False):
+            response = equivalent.response
+            omega = np.geomspace(response.omega[0], response.omega[-1], 300)
+            expected = equivalent.filter.respond(omega)[int(response.path == "rate")]
+            panel.semilogx(
+                omega, _decibels(expected), color=VERMILION, linestyle=_DASHES[1], label="nearest filter"
+            )
+            _dots(panel, response.omega, _decibels(response.main), response.error_db, (BLUE, "o"), "measured")
+            panel.axvline(equivalent.crossover, color=GREY, linewidth=0.7, linestyle=(0, (2, 2)))
+            order = "first" if equivalent.gains.order == 1 else "second"
+            text = f"{equivalent.crossover:.2g} rad/s\n{order} order\nwithin {equivalent.mismatch_db:.2g} dB"
+            panel.annotate(text, (0.04, 0.05), xycoords="axes fraction", fontsize=7.0)
+            panel.set_title(name, fontsize=8.5, loc="left")
+            panel.grid(which="major", color=_GRID, linewidth=0.5)
+            panel.xaxis.set_major_formatter(FuncFormatter(_plain))
+        for panel in panels[len(found) :]:
+            panel.set_visible(False)
+        handles, names = panels[0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside upper right", ncols=2, frameon=False)
+        figure.supxlabel("frequency [rad/s]", fontsize=8.0)
+        figure.supylabel("$G_A$ [dB]", fontsize=8.0)
+    return figure
 
 
 @dataclass(frozen=True, slots=True)

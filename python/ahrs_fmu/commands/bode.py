@@ -14,13 +14,13 @@ import numpy as np
 import typer
 
 from ahrs_fmu import descriptors, plots
+from ahrs_fmu.analysis.equivalent import equivalent
 from ahrs_fmu.analysis.measure import (
     AXES,
     Deviation,
     Excited,
     FrequencyResponse,
     deviation,
-    equivalent_gains,
     multisine,
     plan,
     shared_stepped_sine,
@@ -111,7 +111,7 @@ def bode(
         responses = _measured(device, expected, omega, number, radians, method, workers)
     elif expected is None:
         raise DesignError(f"{device.title} has no gains to draw the theory of on {axis}: add --measure")
-    theory = expected or _equivalent(device, responses[0])
+    theory = expected or equivalent(responses[0], device.sample_time).filter
     heading = f"{device.title}, {axis}, {1.0 / device.sample_time:.4g} Hz"
     terminal.OUT.print(heading)
     if expected is None:
@@ -199,14 +199,6 @@ def _measured(
             if method == "stepped":
                 return [stepped_sine(stepper, p, device.sample_time, axis, progress=done) for p in schedules]
             return [multisine(stepper, p, device.sample_time, axis) for p in schedules]
-
-
-def _equivalent(device: Device, response: FrequencyResponse) -> ComplementaryFilter:
-    """Return the nearest filter, of first order if its integral gain does not matter."""
-    second = equivalent_gains(response, device.sample_time)
-    if second.ki < 1e-3 * second.kp**2:
-        return filter_of(equivalent_gains(response, device.sample_time, order=1), device.sample_time)
-    return filter_of(second, device.sample_time)
 
 
 def _print_theory(omega: Array, theory: ComplementaryFilter) -> None:
