@@ -6,15 +6,20 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from ahrs_fmu.analysis.measure import FrequencyResponse, deviation
-from ahrs_fmu.analysis.systems import Array
+from ahrs_fmu.analysis.systems import Array, ComplexArray
 from ahrs_fmu.analysis.theory import ComplementaryFilter, Gains, crossover, filter_of
 from ahrs_fmu.errors import DesignError
 
 _NO_INTEGRAL = 1e-3
 """An integral gain below this part of kp^2 makes no second-order filter."""
+_WORTH_A_LAG = 0.5
+"""A mismatch in dB above which a low-pass behind the filter is tried."""
+_SLOWEST, _FASTEST = 1e-6, 0.99
+"""Range of gains and corners: in rad/s, and times the sample rate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +29,8 @@ class Equivalent:
     response: FrequencyResponse
     gains: Gains
     filter: ComplementaryFilter
+    lag: float | None
+    """Corner of a first-order low-pass behind the filter, rad/s; None if there is none."""
     mismatch_db: float
     """Largest difference of the magnitudes, dB."""
 
@@ -32,46 +39,69 @@ class Equivalent:
         """The corner of the estimator, rad/s: below it the measured angle decides, above it the gyro."""
         return crossover(self.filter)
 
+    def expected(self, omega: ArrayLike) -> ComplexArray:
+        """Return the response of the nearest filter at `omega` rad/s."""
+        return _expected(self.response, self.filter, self.lag, omega)
+
 
 def equivalent(response: FrequencyResponse, sample_time: float) -> Equivalent:
     """Return the nearest filter, of first order if an integral gain would not matter.
+
+    Nearest in the logarithm of the complex gain, so that all frequencies count alike. An estimator that
+    filters its answer once more, as a Kalman filter behind another one does, gets a low-pass in series.
+
+    Parameters
+    ----------
+    response : FrequencyResponse
+    sample_time : float
+        Seconds.
 
     Raises
     ------
     DesignError
         The estimator does not answer on the excited axis.
     """
-    gains = equivalent_gains(response, sample_time)
-    if gains.ki < _NO_INTEGRAL * gains.kp**2:
-        gains = equivalent_gains(response, sample_time, order=1)
-    filter_ = filter_of(gains, sample_time)
-    expected = filter_.respond(response.omega)[int(response.path == "rate")]
-    mismatch = deviation(response.main, expected).magnitude_db
-    return Equivalent(response, gains, filter_, float(np.max(np.abs(mismatch))))
-
-
-def equivalent_gains(response: FrequencyResponse, sample_time: float, order: int = 2) -> Gains:
-    """Return the gains of the first- or second-order filter whose response is nearest to a measured one.
-
-    Nearest in the logarithm of the complex gain, so that all frequencies count alike.
-
-    Raises
-    ------
-    DesignError
-        The order is not 1 or 2, or the estimator does not answer on the excited axis.
-    """
-    if order not in (1, 2):
-        raise DesignError(f"order = {order}: an equivalent filter is of order 1 or 2")
-    measured = response.main
-    if np.max(np.abs(measured)) < 1e-6:
+    if np.max(np.abs(response.main)) < 1e-6:
         raise DesignError("the estimator does not answer to the excitation: it has no equivalent filter")
+    plain = _nearest(response, sample_time, lagged=False)
+    if plain.mismatch_db < _WORTH_A_LAG or response.path == "rate":
+        return plain
+    lagged = _nearest(response, sample_time, lagged=True)
+    return lagged if lagged.mismatch_db < 0.5 * plain.mismatch_db else plain
+
+
+def _nearest(response: FrequencyResponse, sample_time: float, lagged: bool) -> Equivalent:
+    second = _fit(response, sample_time, order=2, lagged=lagged)
+    if second.gains.ki < _NO_INTEGRAL * second.gains.kp**2:
+        return _fit(response, sample_time, order=1, lagged=lagged)
+    return second
+
+
+def _fit(response: FrequencyResponse, sample_time: float, order: int, lagged: bool) -> Equivalent:
+    def parts(logarithms: Array) -> tuple[Gains, float | None]:
+        values = [float(v) for v in np.exp(logarithms)]
+        return Gains(*values[:order]), values[order] if lagged else None
 
     def mismatch(logarithms: Array) -> Array:
-        filter_ = filter_of(Gains(*np.exp(logarithms)), sample_time)
-        ratio = np.log(measured / filter_.respond(response.omega)[response.path == "rate"])
+        gains, lag = parts(logarithms)
+        expected = _expected(response, filter_of(gains, sample_time), lag, response.omega)
+        ratio = np.log(response.main / expected)
         return np.concatenate((ratio.real, ratio.imag))
 
-    start = np.log([1.0, 0.1][:order])
-    limit = math.log(0.99 / sample_time)
-    found = least_squares(mismatch, start, bounds=(-20.0, limit), x_scale="jac")
-    return Gains(*(float(g) for g in np.exp(found.x)))
+    start = np.log([1.0, 0.1][:order] + [5.0] * lagged)
+    bounds = (math.log(_SLOWEST**2), math.log(_FASTEST / sample_time))
+    gains, lag = parts(least_squares(mismatch, start, bounds=bounds, x_scale="jac").x)
+    filter_ = filter_of(gains, sample_time)
+    off = deviation(response.main, _expected(response, filter_, lag, response.omega)).magnitude_db
+    return Equivalent(response, gains, filter_, lag, float(np.max(np.abs(off))))
+
+
+def _expected(
+    response: FrequencyResponse, filter_: ComplementaryFilter, lag: float | None, omega: ArrayLike
+) -> ComplexArray:
+    gain = filter_.respond(omega)[int(response.path == "rate")]
+    if lag is None or filter_.sample_time is None:
+        return gain
+    z = np.exp(1j * np.asarray(omega) * filter_.sample_time)
+    pole = math.exp(-lag * filter_.sample_time)
+    return np.asarray(gain * (1.0 - pole) * z / (z - pole), dtype=np.complex128)

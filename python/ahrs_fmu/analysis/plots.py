@@ -253,14 +253,14 @@ def equivalents_figure(found: Mapping[str, Equivalent]) -> Figure:
         for panel, (name, equivalent) in zip(panels, found.items(), strict=False):
             response = equivalent.response
             omega = np.geomspace(response.omega[0], response.omega[-1], 300)
-            expected = equivalent.filter.respond(omega)[int(response.path == "rate")]
-            panel.semilogx(
-                omega, _decibels(expected), color=VERMILION, linestyle=_DASHES[1], label="nearest filter"
-            )
+            expected = _decibels(equivalent.expected(omega))
+            panel.semilogx(omega, expected, color=VERMILION, linestyle=_DASHES[1], label="nearest filter")
             _dots(panel, response.omega, _decibels(response.main), response.error_db, (BLUE, "o"), "measured")
             panel.axvline(equivalent.crossover, color=GREY, linewidth=0.7, linestyle=(0, (2, 2)))
             order = "first" if equivalent.gains.order == 1 else "second"
-            text = f"{equivalent.crossover:.2g} rad/s\n{order} order\nwithin {equivalent.mismatch_db:.2g} dB"
+            lag = "" if equivalent.lag is None else f"\nand low-pass {equivalent.lag:.2g} rad/s"
+            within = f"within {max(equivalent.mismatch_db, 1e-3):.1g} dB"
+            text = f"{equivalent.crossover:.2f} rad/s, {order} order{lag}\n{within}"
             panel.annotate(text, (0.04, 0.05), xycoords="axes fraction", fontsize=7.0)
             panel.set_title(name, fontsize=8.5, loc="left")
             panel.grid(which="major", color=_GRID, linewidth=0.5)
