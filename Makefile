@@ -4,6 +4,8 @@ VENV := .venv
 PYTHON := $(VENV)/bin/python
 STAMP := $(VENV)/installed
 WORKERS ?= 2
+# Recordings with truth, used when they are there.
+export BROAD_DIR ?= $(abspath ../shared/data/broad)
 
 .PHONY: demo test test-all bench lint generate clean help
 
@@ -43,6 +45,7 @@ lint: $(STAMP)
 generate: $(STAMP)
 	$(PYTHON) -m ahrs_fmu.export.headers
 	$(PYTHON) -m ahrs_fmu.export.classes
+	$(PYTHON) -m ahrs_fmu.export.modelica
 
 clean:
 	rm -rf $(VENV) $(filter-out build/README.md,$(wildcard build/*))

@@ -8,6 +8,7 @@ resembles, so that a program can catch either::
      ├── ParameterError   (ValueError)    a parameter's name or value is refused
      ├── RecordError      (ValueError)    a recording cannot be used
      ├── DesignError      (ValueError)    gains or noise levels make no sense
+     ├── CalibrationError (ValueError)    readings are unfit for a calibration
      ├── ScenarioError    (ValueError)    a scenario or a co-simulation file is wrong
      ├── MissingExtraError (ImportError)  an optional dependency is not installed
      ├── BuildError       (RuntimeError)  compiling or packaging failed
@@ -37,6 +38,10 @@ class RecordError(AhrsError, ValueError):
 
 class DesignError(AhrsError, ValueError):
     """Gains, noise densities or frequencies are outside what a design can use."""
+
+
+class CalibrationError(AhrsError, ValueError):
+    """Readings are unfit for a calibration: the vehicle moved, or an axis was not covered."""
 
 
 class ScenarioError(AhrsError, ValueError):

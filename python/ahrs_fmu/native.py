@@ -56,6 +56,7 @@ def _model_type(precision: Precision) -> type[ctypes.Structure]:
             ("outputs", _Part),
             ("state", _Part),
             ("sample_time_offset", ctypes.c_uint32),
+            ("sample_time", ctypes.c_double),
             ("variables", ctypes.POINTER(_Variable)),
             ("n_variables", ctypes.c_size_t),
             ("limits", ctypes.c_void_p),

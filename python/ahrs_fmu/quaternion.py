@@ -118,7 +118,8 @@ def to_euler(q: ArrayLike) -> Array:
     """Roll, pitch, yaw (..., 3) in radians, z-y-x order."""
     w, x, y, z = np.moveaxis(_array(q), -1, 0)
     roll = np.arctan2(2 * (w * x + y * z), w * w - x * x - y * y + z * z)
-    pitch = np.arcsin(np.clip(2 * (w * y - x * z), -1.0, 1.0))
+    # The arc tangent keeps its accuracy at 90 deg of pitch, where the arc sine loses half of the digits.
+    pitch = np.arctan2(2 * (w * y - x * z), np.hypot(2 * (w * x + y * z), w * w - x * x - y * y + z * z))
     yaw = np.arctan2(2 * (x * y + w * z), w * w + x * x - y * y - z * z)
     return np.stack((roll, pitch, yaw), axis=-1)
 

@@ -28,12 +28,14 @@ TARGETS: Mapping[str, str] = {
 SUFFIXES: Mapping[str, str] = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
 
 # Contraction would round differently where a machine has a fused multiply-add; errno of the square root
-# would pull in a library call.
+# would pull in a library call. Vectors of three and quaternions packed in pairs cost more in shuffling than
+# they gain in arithmetic.
 FLAGS: Sequence[str] = (
     "-std=c99",
     "-O2",
     "-ffp-contract=off",
     "-fno-math-errno",
+    "-fno-slp-vectorize",
     "-fno-sanitize=undefined",
     "-fno-ident",
     "-Wall",
@@ -91,6 +93,7 @@ def compile_library(
     output: Path,
     *,
     include: Sequence[Path] = (),
+    system_include: Sequence[Path] = (),
     define: Sequence[str] = (),
     platform: str | None = None,
     hide_symbols: bool = True,
@@ -101,6 +104,8 @@ def compile_library(
     ----------
     sources, include : sequence of Path
         C files, and the folders their headers are in.
+    system_include : sequence of Path
+        Folders of headers that are not ours: no warnings about them.
     output : Path
         The library; its folder is made. It appears complete or not at all.
     define : sequence of str
@@ -144,6 +149,7 @@ def compile_library(
         if platform.endswith("darwin"):
             command += [f"-Wl,-install_name,@rpath/{output.name}"]
         command += [f"-I{folder}" for folder in include]
+        command += [word for folder in system_include for word in ("-isystem", str(folder))]
         command += [f"-D{name}" for name in define]
         command += [str(source) for source in sources]
         command += ["-o", str(library)]

@@ -18,7 +18,7 @@ RESTRICTED = {
     "fmpy": ("ahrs_fmu.cosim.fmu", "ahrs_fmu.export"),
     "control": ("ahrs_fmu.analysis",),
     "matplotlib": ("ahrs_fmu.plots", "ahrs_fmu.analysis.plots"),
-    "ctypes": ("ahrs_fmu.native",),
+    "ctypes": ("ahrs_fmu.native", "ahrs_fmu.cosim.fmu"),
     "typer": ("ahrs_fmu.cli", "ahrs_fmu.commands"),
     "rich": ("ahrs_fmu.cli", "ahrs_fmu.commands"),
 }

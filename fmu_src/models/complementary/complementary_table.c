@@ -148,7 +148,7 @@ static void update(void *data, ahrs_real dt) {
     ahrs_complementary_update(&i->state, &i->params, &i->inputs, dt);
 }
 
-static void outputs(void *data) {
+static void compute_outputs(void *data) {
     instance *i = data;
     ahrs_complementary_outputs(&i->state, &i->params, &i->outputs);
 }
@@ -156,7 +156,7 @@ static void outputs(void *data) {
 extern const fmu_model ahrs_complementary_model;
 const fmu_model ahrs_complementary_model = {
     "complementary", "Complementary", sizeof(instance), {offsetof(instance, params), sizeof(((instance *)0)->params)}, {offsetof(instance, inputs), sizeof(((instance *)0)->inputs)}, {offsetof(instance, outputs), sizeof(((instance *)0)->outputs)}, {offsetof(instance, state), sizeof(((instance *)0)->state)},
-    offsetof(instance, params.common.sample_time),
+    offsetof(instance, params.common.sample_time), 0.01,
     variables, sizeof variables / sizeof variables[0],
     limits, sizeof limits / sizeof limits[0],
-    defaults, init, update, outputs};
+    defaults, init, update, compute_outputs};
