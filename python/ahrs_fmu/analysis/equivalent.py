@@ -39,9 +39,19 @@ class Equivalent:
         """The corner of the estimator, rad/s: below it the measured angle decides, above it the gyro."""
         return crossover(self.filter)
 
-    def expected(self, omega: ArrayLike) -> ComplexArray:
-        """Return the response of the nearest filter at `omega` rad/s."""
-        return _expected(self.response, self.filter, self.lag, omega)
+    @property
+    def sample_time(self) -> float | None:
+        """That of the filter, s."""
+        return self.filter.sample_time
+
+    def respond(self, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Return G_A and G_B of the nearest filter at `omega` rad/s, the low-pass behind it included.
+
+        They sum to one, because an estimator follows a rotation that all its sensors report.
+        """
+        fitted = _expected(self.response, self.filter, self.lag, omega)
+        rest = np.asarray(1.0 - fitted, dtype=np.complex128)
+        return (fitted, rest) if self.response.path == "angle" else (rest, fitted)
 
 
 def equivalent(response: FrequencyResponse, sample_time: float) -> Equivalent:
