@@ -175,10 +175,10 @@ def _add_units(root: Element, descriptor: Descriptor) -> None:
     for name in sorted(units):
         unit = SubElement(definitions, "Unit", name=name)
         parsed = parse(name)
-        base = {power: str(exponent) for power, exponent in sorted(parsed.powers.items())}
-        SubElement(
-            unit, "BaseUnit", base | ({} if parsed.scale == 1.0 else {"factor": _number(parsed.scale)})
-        )
+        if parsed.has_whole_powers:
+            base = {power: f"{exponent:.0f}" for power, exponent in sorted(parsed.powers.items())}
+            factor = {} if parsed.scale == 1.0 else {"factor": _number(parsed.scale)}
+            SubElement(unit, "BaseUnit", base | factor)
         for display in sorted(units[name]):
             SubElement(unit, "DisplayUnit", name=display, factor=_number(display_factor(name, display)))
 
