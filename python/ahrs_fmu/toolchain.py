@@ -137,7 +137,7 @@ def compile_library(
     compiling = [
         *target,
         *FLAGS,
-        # Windows libraries carry a runtime of half their size along: code and runtime are built for size there.
+        # Half of a Windows library is the runtime it carries along: there, all is built for size.
         *(["-Os", "-fslp-vectorize"] if windows else ["-fPIC"]),
         *(["-fvisibility=hidden"] if hide_symbols else []),
     ]
