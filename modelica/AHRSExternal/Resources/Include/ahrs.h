@@ -6093,7 +6093,7 @@ typedef struct {
     int32_t rows;
     bool accel, mag;
     ahrs_real gravity, north, down; /* what is expected */
-    ahrs_real ukf_measured[ukf_Z];
+    ahrs_real measured[ukf_Z];
 } ukf_measurement;
 
 static ukf_weights ukf_weights_of(const ahrs_ukf_params *p) {
@@ -6190,7 +6190,7 @@ static bool ukf_predict(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_
     return true;
 }
 
-static ukf_measurement ukf_measured(const ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_sample *z) {
+static ukf_measurement ukf_measurement_of(const ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_sample *z) {
     ukf_measurement m = {.accel = z->accel_usable, .mag = z->mag_usable};
     if (m.accel) {
         const ahrs_real variance =
@@ -6295,7 +6295,7 @@ static inline void ahrs_ukf_update(ahrs_ukf_state *s, const ahrs_ukf_params *p, 
     ahrs_quat q = ahrs_quat_of(s->common.q);
     ahrs_vec3 bias = ahrs_vec3_of(s->bias);
     bool kept = ukf_predict(s, p, &z, &w, &q);
-    const ukf_measurement m = ukf_measured(s, p, &z);
+    const ukf_measurement m = ukf_measurement_of(s, p, &z);
     if (kept && z.gain_dt > 0 && m.rows > 0) {
         kept = ukf_correct(s, &m, &w, &q, &bias);
     }
