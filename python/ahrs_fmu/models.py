@@ -51,7 +51,7 @@ class AdaptiveCKF(Estimator):
         Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
         Must be at least 0 and at most 1000.
     initial_attitude_std : float, default 0.063
-        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 1.
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 0.5.
     adaptation : {"none", "r_only", "qr_safe", "textbook", "printed"}, default "r_only"
         Which noise covariances are estimated.
     process_noise : {"gyro", "isotropic"}, default "gyro"

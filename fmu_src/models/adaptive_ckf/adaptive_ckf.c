@@ -11,8 +11,8 @@ enum { N = 4, HEADING = 3, TRIANGLE = AHRS_TRIANGLE(4) };
 /* Beyond this pitch (85 deg) the heading is not measured. */
 static const ahrs_real SINE_OF_PITCH_MAX = AHRS_C(0.9961946980917455);
 
-/* Sum of the variances of the quaternion's elements: a rotation about any axis by one radian, as good as unknown. */
-static const ahrs_real SPREAD_MAX = AHRS_C(1.0);
+/* Sum of the variances of the quaternion's elements, that of a rotation by one radian: as good as unknown. */
+static const ahrs_real SPREAD_MAX = AHRS_C(0.25);
 
 /* A correction on its way: innovation v, its covariance S, gain K, and K v. */
 typedef struct {

@@ -56,7 +56,7 @@ static const fmu_variable variables[] = {
     {"heading_noise", 1044, 1, offsetof(instance, params.heading_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
     {"quaternion_noise", 1046, 1, offsetof(instance, params.quaternion_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
     {"motion_noise", 1047, 1, offsetof(instance, params.motion_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 1000.0},
-    {"initial_attitude_std", 1048, 1, offsetof(instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 1.0},
+    {"initial_attitude_std", 1048, 1, offsetof(instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 0.5},
     {"adaptation", 1070, 1, offsetof(instance, params.adaptation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 4.0},
     {"process_noise", 1071, 1, offsetof(instance, params.process_noise), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
     {"forgetting", 1072, 1, offsetof(instance, params.forgetting), FMU_REAL, FMU_FIXED, FMU_MAX_OPEN, 0.5, 1.0},
