@@ -12,17 +12,17 @@ from ahrs_fmu.estimator import Estimator
 from ahrs_fmu.host_library import Precision
 
 __all__ = [
-    "AdaptiveCKF",
     "CGEKF",
-    "Complementary",
     "GCF",
-    "ImprovedEKF",
     "KCF",
+    "MEKF",
+    "UKF",
+    "AdaptiveCKF",
+    "Complementary",
+    "ImprovedEKF",
     "Mahony",
     "MahonyEKF",
-    "MEKF",
     "Strapdown",
-    "UKF",
 ]
 
 
@@ -51,7 +51,7 @@ class AdaptiveCKF(Estimator):
         Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
         Must be at least 0 and at most 1000.
     initial_attitude_std : float, default 0.063
-        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 10.
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 0.5.
     adaptation : {"none", "r_only", "qr_safe", "textbook", "printed"}, default "r_only"
         Which noise covariances are estimated.
     process_noise : {"gyro", "isotropic"}, default "gyro"
@@ -127,7 +127,7 @@ class AdaptiveCKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -176,7 +176,7 @@ class AdaptiveCKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -216,7 +216,7 @@ class AdaptiveCKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
@@ -299,7 +299,7 @@ class CGEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -339,7 +339,7 @@ class CGEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -370,7 +370,7 @@ class CGEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
@@ -442,7 +442,7 @@ class Complementary(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -478,7 +478,7 @@ class Complementary(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -505,7 +505,7 @@ class Complementary(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
@@ -600,7 +600,7 @@ class GCF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -644,7 +644,7 @@ class GCF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -679,7 +679,7 @@ class GCF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
@@ -762,7 +762,7 @@ class ImprovedEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -802,7 +802,7 @@ class ImprovedEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -833,7 +833,7 @@ class ImprovedEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
@@ -988,7 +988,7 @@ class KCF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1054,7 +1054,7 @@ class KCF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -1111,7 +1111,7 @@ class KCF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
@@ -1189,7 +1189,7 @@ class Mahony(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1227,7 +1227,7 @@ class Mahony(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -1256,7 +1256,7 @@ class Mahony(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
@@ -1351,7 +1351,7 @@ class MahonyEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1395,7 +1395,7 @@ class MahonyEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -1430,7 +1430,7 @@ class MahonyEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
@@ -1521,7 +1521,7 @@ class MEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1564,7 +1564,7 @@ class MEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -1598,7 +1598,7 @@ class MEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
@@ -1667,7 +1667,7 @@ class Strapdown(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1702,7 +1702,7 @@ class Strapdown(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -1728,7 +1728,7 @@ class Strapdown(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
@@ -1827,7 +1827,7 @@ class UKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1873,7 +1873,7 @@ class UKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -1910,7 +1910,7 @@ class UKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
         )
