@@ -37,6 +37,9 @@ class Filter(ABC, Generic[S]):
         Shape of the batch; () is one run.
     """
 
+    corrects = True
+    """Whether accelerometer and magnetometer are used after the first attitude."""
+
     def __init__(self, p: Parameters, shape: tuple[int, ...] = ()) -> None:
         self.p = p
         self.shape = shape
@@ -105,6 +108,8 @@ class Filter(ABC, Generic[S]):
         state, q = self.step(self.state, self.common.q, z)
         self.state = state if z.run.all() else self._where(z.run, state)
         common.end(self.common, self.p, z, q)
+        if not self.corrects:
+            self.common.assign(Condition.ACCEL_USED | Condition.MAG_USED, np.zeros_like(z.run), z.run)
         reset = self.covariance_reset(self.state)
         if reset is not None:
             self.common.mark(Condition.COVARIANCE_RESET, z.run & reset)
