@@ -4,6 +4,8 @@ VENV := .venv
 PYTHON := $(VENV)/bin/python
 STAMP := $(VENV)/installed
 WORKERS ?= 2
+# Recordings with truth, used when they are there.
+export BROAD_DIR ?= $(abspath ../shared/data/broad)
 
 .PHONY: demo test test-all bench lint generate clean help
 

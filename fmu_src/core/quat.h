@@ -1,5 +1,5 @@
 /* Unit quaternions, Hamilton product, scalar first, passed by value.
- * As an attitude q turns body vectors into navigation vectors: v_n = q v_b q* (docs/algorithms.md section 1). */
+ * As an attitude q turns body vectors into navigation vectors: v_n = q v_b q* (docs/algorithms.md section 0). */
 #ifndef AHRS_QUAT_H
 #define AHRS_QUAT_H
 
@@ -124,7 +124,7 @@ static inline ahrs_quat ahrs_quat_from_mat3(ahrs_mat3 c) {
     return ahrs_quat_unit(q);
 }
 
-/* Roll, pitch and yaw, z-y-x order (docs/algorithms.md section 1). */
+/* Roll, pitch and yaw, z-y-x order (docs/algorithms.md section 0). */
 static inline ahrs_vec3 ahrs_quat_to_euler(ahrs_quat q) {
     const ahrs_vec3 down = ahrs_quat_down(q);
     const ahrs_real north_x = q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z;

@@ -5,7 +5,7 @@
  *     predict with z.rate, correct with z.accel and z.mag where they are usable
  *     ahrs_estimator_end(&s->common, &p->common, &z, q);                         the new attitude
  *
- * Inside, the axes are forward-right-down and north-east-down with magnetic north (docs/algorithms.md section 1). */
+ * Inside, the axes are forward-right-down and north-east-down with magnetic north (docs/algorithms.md section 0). */
 #ifndef ESTIMATOR_H
 #define ESTIMATOR_H
 

@@ -50,6 +50,7 @@ typedef struct {
     size_t instance_size;
     fmu_part params, inputs, outputs, state;
     uint32_t sample_time_offset;
+    double sample_time; /* s, the default as written: rounded to a float it would leave the importer's grid */
     const fmu_variable *variables; /* ascending vr */
     size_t n_variables;
     const fmu_limit *limits;

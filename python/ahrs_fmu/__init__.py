@@ -28,4 +28,4 @@ __all__ = [
     "read_record",
     "write_record",
 ]
-__all__ += _models
+__all__ += _models  # noqa: PLE0605

@@ -64,8 +64,8 @@ def _angles(time: FloatArray) -> FloatArray:
     """Roll, pitch, yaw (N, 3): slow waves that fade in after the rest."""
     moving = np.maximum(time - _REST, 0.0)
     fade = 0.5 - 0.5 * np.cos(np.pi * np.minimum(moving / _RAMP, 1.0))
-    roll = 20.0 * np.sin(2.1 * moving) + 4.0 * np.sin(3.7 * moving)
-    pitch = 12.0 * np.sin(1.7 * moving + 0.5) + 3.0 * np.sin(2.9 * moving)
+    roll = 10.0 * np.sin(4.1 * moving) + 3.0 * np.sin(5.3 * moving)
+    pitch = 7.0 * np.sin(3.3 * moving + 0.5) + 2.0 * np.sin(4.7 * moving)
     yaw = 8.0 * moving + 30.0 * np.sin(0.25 * moving)
     return np.radians(fade[:, None] * np.stack((roll, pitch, yaw), axis=-1))
 

@@ -9,10 +9,14 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from ahrs_fmu import descriptors
 from ahrs_fmu.frames import Frame
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+
+COMMON_OUTPUTS = frozenset(output.name for output in descriptors.interface("estimator").outputs)
+"""Outputs that every estimator has, or may have."""
 
 
 class Status(IntEnum):
@@ -98,6 +102,40 @@ class EstimateResult:
     mag_used: BoolArray
     covariance_reset: BoolArray
     others: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    @classmethod
+    def from_outputs(
+        cls, time: FloatArray, frame: Frame, outputs: Mapping[str, NDArray[np.generic]]
+    ) -> EstimateResult:
+        """Collect the output variables of an estimator, of whatever type a back-end keeps them in.
+
+        Parameters
+        ----------
+        time : ndarray, shape (N,)
+            Seconds.
+        frame : Frame
+            Frame of the outputs.
+        outputs : mapping of str to ndarray, shape (N, ...)
+            Every output by its name.
+        """
+        floats = {name: np.asarray(values, dtype=np.float64) for name, values in outputs.items()}
+        never = np.zeros(len(time))
+        return cls(
+            time=time,
+            frame=frame,
+            q=floats["q"],
+            euler=np.stack((floats["roll"], floats["pitch"], floats["yaw"]), axis=-1),
+            rate=floats["rate"],
+            gyro_bias=floats["gyro_bias"],
+            motion_accel=floats["motion_accel"],
+            attitude_std=floats.get("attitude_std"),
+            status=floats["status"].astype(np.int32),
+            gyro_held=floats["gyro_held"] != 0.0,
+            accel_used=floats["accel_used"] != 0.0,
+            mag_used=floats["mag_used"] != 0.0,
+            covariance_reset=floats.get("covariance_reset", never) != 0.0,
+            others={name: values for name, values in floats.items() if name not in COMMON_OUTPUTS},
+        )
 
     def __len__(self) -> int:
         return len(self.time)

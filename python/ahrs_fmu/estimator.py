@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ahrs_fmu import descriptors
 from ahrs_fmu.descriptors import Descriptor
 from ahrs_fmu.errors import ParameterError
-from ahrs_fmu.estimate import Estimate, EstimateResult, Status
+from ahrs_fmu.estimate import COMMON_OUTPUTS, Estimate, EstimateResult, Status
 from ahrs_fmu.frames import Frame
-from ahrs_fmu.native import NativeModel, Precision
+from ahrs_fmu.host_library import Precision
+from ahrs_fmu.native import NativeModel
 from ahrs_fmu.records import Record
-
-_COMMON_OUTPUTS = frozenset(output.name for output in descriptors.interface("estimator").outputs)
 
 
 class Estimator:
@@ -178,7 +177,7 @@ class Estimator:
             accel_used=bool(y["accel_used"][0]),
             mag_used=bool(y["mag_used"][0]),
             covariance_reset=bool(y["covariance_reset"][0]) if "covariance_reset" in y else False,
-            others={name: value for name, value in floats.items() if name not in _COMMON_OUTPUTS},
+            others={name: value for name, value in floats.items() if name not in COMMON_OUTPUTS},
         )
 
     def run(self, record: Record) -> EstimateResult:
@@ -197,7 +196,7 @@ class Estimator:
         samples = record if record.frame is self.frame else record.in_frame(self.frame)
         self.reset()
         y = self._core.run(
-            np.diff(samples.time, prepend=samples.time[0]),
+            samples.steps,
             {
                 "gyro": samples.gyro,
                 "accel": samples.accel,
@@ -208,33 +207,4 @@ class Estimator:
             self._output_names,
         )
         self._started = True
-        return _result(samples.time, self.frame, y, self._output_names)
-
-
-def _result(
-    time: NDArray[np.float64],
-    frame: Frame,
-    y: Mapping[str, NDArray[np.float64] | NDArray[np.int32]],
-    names: Sequence[str],
-) -> EstimateResult:
-    floats = {name: np.asarray(y[name], dtype=np.float64) for name in names if y[name].dtype == np.float64}
-    flags = {name: y[name].astype(np.bool_) for name in ("gyro_held", "accel_used", "mag_used")}
-    reset = (
-        y["covariance_reset"].astype(np.bool_) if "covariance_reset" in y else np.zeros(len(time), np.bool_)
-    )
-    return EstimateResult(
-        time=time,
-        frame=frame,
-        q=floats["q"],
-        euler=np.stack((floats["roll"], floats["pitch"], floats["yaw"]), axis=-1),
-        rate=floats["rate"],
-        gyro_bias=floats["gyro_bias"],
-        motion_accel=floats["motion_accel"],
-        attitude_std=floats.get("attitude_std"),
-        status=y["status"].astype(np.int32, copy=False),
-        gyro_held=flags["gyro_held"],
-        accel_used=flags["accel_used"],
-        mag_used=flags["mag_used"],
-        covariance_reset=reset,
-        others={name: np.asarray(y[name], dtype=np.float64) for name in names if name not in _COMMON_OUTPUTS},
-    )
+        return EstimateResult.from_outputs(samples.time, self.frame, y)

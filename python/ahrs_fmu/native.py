@@ -6,18 +6,12 @@ import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_fmu.descriptors import Descriptor, Variable
-from ahrs_fmu.sources import fmu_src
-from ahrs_fmu.toolchain import cache_folder, compile_library, fingerprint, host_platform, suffix
-
-Precision = Literal["double", "single"]
-INCLUDE_FOLDERS = ("core", "include", "estimator", "fmi", "native")
+from ahrs_fmu.host_library import Precision, library_file
 
 
 class _Variable(ctypes.Structure):
@@ -62,6 +56,7 @@ def _model_type(precision: Precision) -> type[ctypes.Structure]:
             ("outputs", _Part),
             ("state", _Part),
             ("sample_time_offset", ctypes.c_uint32),
+            ("sample_time", ctypes.c_double),
             ("variables", ctypes.POINTER(_Variable)),
             ("n_variables", ctypes.c_size_t),
             ("limits", ctypes.c_void_p),
@@ -84,35 +79,6 @@ class _Column(ctypes.Structure):
         ("size", ctypes.c_int32),
         ("kind", ctypes.c_int32),
     ]
-
-
-def library_sources() -> list[Path]:
-    """C files of the host library: every model with its table, and what runs them."""
-    root = fmu_src()
-    return [*sorted(root.glob("models/*/*.c")), *sorted(root.glob("native/*.c"))]
-
-
-def library_file(precision: Precision) -> Path:
-    """Path of the host library: the installed one, or one compiled from the checkout when it is stale."""
-    name = f"libahrs_{precision}{suffix(host_platform())}"
-    installed = Path(__file__).resolve().parent / "lib" / name
-    if installed.is_file():
-        return installed
-    root = fmu_src()
-    files = [*library_sources(), *(h for folder in INCLUDE_FOLDERS for h in root.glob(f"{folder}/*.h"))]
-    library = cache_folder() / "lib" / fingerprint(files, precision) / name
-    return library if library.is_file() else compile_host_library(precision, library)
-
-
-def compile_host_library(precision: Precision, output: Path) -> Path:
-    """Compile the host library in one precision to `output`."""
-    return compile_library(
-        library_sources(),
-        output,
-        include=[fmu_src() / folder for folder in INCLUDE_FOLDERS],
-        define=["AHRS_SINGLE"] if precision == "single" else [],
-        hide_symbols=False,
-    )
 
 
 @cache

@@ -1,7 +1,7 @@
 """Quaternion algebra over any leading batch dimensions.
 
 A quaternion is an array (..., 4), Hamilton product, scalar first. As an attitude it turns body
-vectors into navigation vectors, ``v_n = q v_b q*`` (docs/algorithms.md section 1).
+vectors into navigation vectors, ``v_n = q v_b q*`` (docs/algorithms.md section 0).
 """
 
 from __future__ import annotations

@@ -91,6 +91,7 @@ def compile_library(
     output: Path,
     *,
     include: Sequence[Path] = (),
+    system_include: Sequence[Path] = (),
     define: Sequence[str] = (),
     platform: str | None = None,
     hide_symbols: bool = True,
@@ -101,6 +102,8 @@ def compile_library(
     ----------
     sources, include : sequence of Path
         C files, and the folders their headers are in.
+    system_include : sequence of Path
+        Folders of headers that are not ours: no warnings about them.
     output : Path
         The library; its folder is made. It appears complete or not at all.
     define : sequence of str
@@ -144,6 +147,7 @@ def compile_library(
         if platform.endswith("darwin"):
             command += [f"-Wl,-install_name,@rpath/{output.name}"]
         command += [f"-I{folder}" for folder in include]
+        command += [word for folder in system_include for word in ("-isystem", str(folder))]
         command += [f"-D{name}" for name in define]
         command += [str(source) for source in sources]
         command += ["-o", str(library)]

@@ -327,3 +327,19 @@ def test_every_broad_recording_reads_with_units_and_frame(broad_dir: Path) -> No
         assert record.evaluate.any()
         assert record.q_true is not None
         assert 20e-6 < np.nanmedian(np.linalg.norm(record.mag, axis=1)) < 80e-6
+
+
+def test_steps_of_a_regular_record_are_equal_in_spite_of_rounding(flight: Record) -> None:
+    time = 1e5 + np.arange(len(flight)) / 285.7
+    record = replace(flight, time=time)
+    assert record.is_regular
+    assert set(np.diff(record.steps[1:])) == {0.0}
+    assert record.sample_time == pytest.approx(1 / 285.7, rel=1e-9)
+
+
+def test_steps_of_an_irregular_record_are_those_of_its_rows(flight: Record) -> None:
+    time = flight.time + 1e-3 * np.sin(flight.time)
+    record = replace(flight, time=time)
+    assert not record.is_regular
+    assert record.steps[0] == 0.0
+    np.testing.assert_array_equal(record.steps[1:], np.diff(time))

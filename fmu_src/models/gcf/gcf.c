@@ -1,4 +1,4 @@
-/* Generalized complementary filter (docs/algorithms.md section 6). */
+/* Generalized complementary filter (docs/algorithms.md section 5). */
 #include "ahrs_gcf.h"
 #include "estimator.h"
 

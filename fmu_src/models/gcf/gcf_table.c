@@ -145,7 +145,7 @@ void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
     p->kp = AHRS_C(0.5);
     p->ki = AHRS_C(0.1);
     p->kii = AHRS_C(0.0);
-    p->bias_limit = AHRS_C(0.2);
+    p->bias_limit = AHRS_C(1.0);
     p->realisation = 0;
     p->form = 0;
     p->error = 0;
@@ -188,7 +188,7 @@ static void outputs(void *data) {
 extern const fmu_model ahrs_gcf_model;
 const fmu_model ahrs_gcf_model = {
     "gcf", "GCF", sizeof(instance), {offsetof(instance, params), sizeof(((instance *)0)->params)}, {offsetof(instance, inputs), sizeof(((instance *)0)->inputs)}, {offsetof(instance, outputs), sizeof(((instance *)0)->outputs)}, {offsetof(instance, state), sizeof(((instance *)0)->state)},
-    offsetof(instance, params.common.sample_time),
+    offsetof(instance, params.common.sample_time), 0.01,
     variables, sizeof variables / sizeof variables[0],
     limits, sizeof limits / sizeof limits[0],
     defaults, init, update, outputs};

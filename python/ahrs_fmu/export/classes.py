@@ -23,7 +23,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from ahrs_fmu.estimator import Estimator
-from ahrs_fmu.native import Precision
+from ahrs_fmu.host_library import Precision
 '''
 
 

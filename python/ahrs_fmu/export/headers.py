@@ -298,7 +298,7 @@ def model_table(descriptor: Descriptor) -> str:
         f"extern const fmu_model {prefix}_model;",
         f"const fmu_model {prefix}_model = {{",
         f'    "{name}", "{descriptor.title}", sizeof(instance), {parts},',
-        f"    offsetof(instance, {sample_time}),",
+        f"    offsetof(instance, {sample_time}), {descriptor.default_sample_time!r},",
         "    variables, sizeof variables / sizeof variables[0],",
         "    limits, sizeof limits / sizeof limits[0]," if descriptor.limits else "    NULL, 0,",
         "    defaults, init, update, outputs};",

@@ -16,6 +16,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 MIN_SAMPLES = 2
+_REGULAR = 1e-3
 
 
 class TimeFault(NamedTuple):
@@ -111,9 +112,22 @@ class Record:
         return int(self.time.size)
 
     @property
+    def is_regular(self) -> bool:
+        """Whether every row lies within a thousandth of an interval of an even grid."""
+        grid = np.linspace(self.time[0], self.time[-1], len(self))
+        return bool(np.abs(self.time - grid).max() * (len(self) - 1) < _REGULAR * self.duration)
+
+    @property
     def sample_time(self) -> float:
-        """Median time between rows, s."""
-        return float(np.median(np.diff(self.time)))
+        """Time between rows, s: the interval of the grid when the rows are regular, else the median."""
+        return self.duration / (len(self) - 1) if self.is_regular else float(np.median(np.diff(self.time)))
+
+    @property
+    def steps(self) -> FloatArray:
+        """Time since the row before (N,), s: 0 in the first, the same in all others of a regular record."""
+        steps = np.full(len(self), self.sample_time) if self.is_regular else np.diff(self.time, prepend=0.0)
+        steps[0] = 0.0
+        return steps
 
     @property
     def duration(self) -> float:
@@ -140,8 +154,9 @@ class Record:
             evaluate=None if self.evaluate is None else self.evaluate[part],
         )
 
-    def in_frame(self, frame: Frame) -> Record:
-        """Return the same recording in the axes of `frame`."""
+    def in_frame(self, frame: Frame | str) -> Record:
+        """Return the same recording in the axes of `frame`, a `Frame` or its name."""
+        frame = Frame(frame)
         return replace(
             self,
             frame=frame,

@@ -1,0 +1,74 @@
+"""``ahrs-fmu build``."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ahrs_fmu import descriptors
+from ahrs_fmu.commands import terminal
+from ahrs_fmu.export.package import build_fmu
+from ahrs_fmu.export.variant import Fmi
+from ahrs_fmu.host_library import Precision
+from ahrs_fmu.toolchain import TARGETS, host_platform
+
+EXAMPLES = """
+Examples:
+  ahrs-fmu build                          every model, FMI 2 and 3, this machine
+  ahrs-fmu build gcf --platforms all      one model for Windows, Linux and macOS
+  ahrs-fmu build gcf --fmi 3-scalar       for importers that know no arrays
+"""
+
+
+class FmiVersion(Enum):
+    """`Fmi` as the command line takes it; a list of options cannot be of a literal type."""
+
+    TWO = "2"
+    THREE = "3"
+    THREE_SCALAR = "3-scalar"
+
+
+def build(
+    models: Annotated[
+        list[str] | None, typer.Argument(metavar="MODEL", help="Models to build; default: all of them.")
+    ] = None,
+    fmi: Annotated[
+        list[FmiVersion] | None, typer.Option(help="FMI version; may be repeated; default: 2 and 3.")
+    ] = None,
+    platforms: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help=f"{', '.join(TARGETS)}, all or host; may be repeated; default: host."
+        ),
+    ] = None,
+    precision: Annotated[Precision, typer.Option(help="Floating-point type inside the FMU.")] = "double",
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the FMUs.")] = Path("build"),
+) -> None:
+    """Build FMUs of the models.
+
+    They become build/fmi2/TITLE.fmu, build/fmi3/TITLE.fmu and build/fmi3-scalar/TITLE.fmu.
+    """
+    names = models or descriptors.names()
+    for name in names:
+        descriptors.load(name)  # A misspelt name is told before anything is built.
+    versions: list[Fmi] = [version.value for version in fmi or (FmiVersion.TWO, FmiVersion.THREE)]
+    jobs = [(name, version) for name in names for version in versions]
+    targets = _targets(platforms or ["host"])
+    shown = terminal.table(["FMU", "FMI", "platforms"], ["kB"])
+    with terminal.progress() as progress:
+        task = progress.add_task("building", total=len(jobs))
+        for name, version in jobs:
+            progress.update(task, description=f"{name}, FMI {version}")
+            path = build_fmu(name, fmi=version, platforms=targets, precision=precision, output=output)
+            size = path.stat().st_size / 1000.0
+            shown.add_row(str(path), version, ", ".join(targets), f"{size:.0f}")
+            progress.advance(task)
+    terminal.OUT.print(shown)
+
+
+def _targets(names: list[str]) -> list[str]:
+    expanded = {"all": list(TARGETS), "host": [host_platform()]}
+    return list(dict.fromkeys(target for name in names for target in expanded.get(name, [name])))

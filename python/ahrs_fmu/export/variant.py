@@ -1,0 +1,56 @@
+"""Which FMU of a model is meant: FMI version, arrays or scalars, precision."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from typing import Literal
+
+import msgspec
+
+from ahrs_fmu.descriptors import Descriptor
+from ahrs_fmu.native import Precision
+
+Fmi = Literal["2", "3", "3-scalar"]
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """One FMU of a model.
+
+    Attributes
+    ----------
+    descriptor : Descriptor
+        The model.
+    fmi : {"2", "3", "3-scalar"}
+        FMI version; ``3-scalar`` has one variable per array element, for importers without arrays.
+    precision : {"double", "single"}
+        Floating-point type of the C code; the importer sees doubles in either case.
+    """
+
+    descriptor: Descriptor
+    fmi: Fmi
+    precision: Precision = "double"
+
+    @property
+    def version(self) -> int:
+        """Number of the FMI version."""
+        return int(self.fmi[0])
+
+    @property
+    def has_arrays(self) -> bool:
+        """Whether an array is one variable."""
+        return self.fmi == "3"
+
+    @property
+    def folder(self) -> str:
+        """Folder of the FMU below the build folder."""
+        return f"fmi{self.fmi}"
+
+    @property
+    def token(self) -> str:
+        """Instantiation token (GUID in FMI 2): tells apart all that makes a saved state or a value reference differ."""
+        fields = {name: getattr(self.descriptor, name) for name in self.descriptor.__struct_fields__ if name != "folder"}
+        text = msgspec.json.encode([fields, self.fmi, "c", self.precision], order="deterministic")
+        digest = hashlib.sha256(text).hexdigest()
+        return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
