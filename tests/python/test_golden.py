@@ -75,10 +75,21 @@ def quaternion_ekf(trace: Trace) -> Parameters:
     }
 
 
+def cg_ekf(trace: Trace) -> Parameters:
+    """Process noise 2.5e-4 per second and measurement noise 1e-3 per sample, as quaternion elements."""
+    return {
+        "gyro_noise": 2.0 * math.sqrt(2.5e-4),
+        "attitude_noise": 2.0 * math.sqrt(1e-3 * trace.sample_time),
+        "initial_attitude_std": 0.2,
+        "iterations": 4,
+    }
+
+
 CASES: dict[str, tuple[str, Callable[[Trace], Parameters]]] = {
     "improved_ekf": ("improved_ekf", quaternion_ekf),
     "mahony_ekf": ("mahony_ekf", lambda t: {**quaternion_ekf(t), **UNLIMITED}),
     "mahony_ekf_printed": ("mahony_ekf", lambda t: {**quaternion_ekf(t), **UNLIMITED, "bias_feed": False}),
+    "cg_ekf": ("cg_ekf", cg_ekf),
     "strapdown": ("strapdown", fixed()),
     "complementary": ("complementary", fixed(kp=0.58)),
     "mahony": ("mahony", fixed(kp=1.0, ki=0.1, **UNLIMITED)),
