@@ -10,6 +10,8 @@
 #define ESTIMATOR_H
 
 #include "ahrs_estimator.h"
+#include "conditions.h"
+#include "preprocessing.h"
 #include "quat.h"
 
 /* Larger samples are not physical and count as no measurement; their squares still fit into a float. */
@@ -24,31 +26,9 @@
 #define AHRS_REST_RATE AHRS_C(0.1)    /* rad/s: faster is motion */
 #define AHRS_REST_FORCE AHRS_C(0.5)   /* m/s2: specific force further from gravity is motion */
 
-/* Bits of ahrs_estimator_state.conditions. */
-enum {
-    AHRS_HAS_ATTITUDE = 1,
-    AHRS_HAS_HEADING = 2,
-    AHRS_HAS_FIELD = 4,
-    AHRS_GYRO_HELD = 8,
-    AHRS_ACCEL_USED = 16,
-    AHRS_MAG_USED = 32,
-    AHRS_STEP_REJECTED = 64,
-    AHRS_MOVED = 128,
-    AHRS_COVARIANCE_RESET = 256,
-    AHRS_ACCEL_SUMMED = 512,
-    AHRS_MAG_SUMMED = 1024,
-    AHRS_IMPLAUSIBLE = 2048,
-    AHRS_MAG_DISTURBED = 4096
-};
-
-/* Those that tell of one sample only. */
-#define AHRS_MOMENTARY                                                                                           \
-    (AHRS_GYRO_HELD | AHRS_ACCEL_USED | AHRS_MAG_USED | AHRS_STEP_REJECTED | AHRS_COVARIANCE_RESET |           \
-     AHRS_IMPLAUSIBLE | AHRS_MAG_DISTURBED)
-
 typedef enum {
     AHRS_WAIT,  /* nothing to do: no attitude yet, or no time has passed */
-    AHRS_START, /* the first attitude is in the common state: begin from it */
+    AHRS_START, /* an attitude is in the common state, the first or one with a new zero of the gyroscope: begin from it */
     AHRS_TURN,  /* as AHRS_RUN, after taking over the attitude in the common state: its heading was turned */
     AHRS_RUN    /* predict and correct */
 } ahrs_action;
@@ -63,12 +43,6 @@ typedef struct {
     ahrs_real dt;      /* s, of the prediction */
     ahrs_real gain_dt; /* s, of the correction: 0 after a gap */
 } ahrs_sample;
-
-static inline bool ahrs_condition(const ahrs_estimator_state *s, int32_t bit) { return (s->conditions & bit) != 0; }
-
-static inline void ahrs_set_condition(ahrs_estimator_state *s, int32_t bit, bool on) {
-    s->conditions = on ? s->conditions | bit : s->conditions & ~bit;
-}
 
 /* Forward-left-up to forward-right-down, and back. */
 static inline ahrs_vec3 ahrs_swap_body(int32_t frame, ahrs_vec3 v) {
@@ -117,6 +91,29 @@ static inline ahrs_quat ahrs_attitude_of(ahrs_vec3 force, ahrs_vec3 mag) {
     return ahrs_quat_from_euler((ahrs_vec3){roll, pitch, 0});
 }
 
+/* Puts the low-pass behind the accelerometer. A sample that is missing ends it; the next usable one begins it anew. */
+static inline void ahrs_smooth_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_sample *z) {
+    if (!z->force_usable) {
+        s->conditions &= ~AHRS_SMOOTHS_FORCE;
+        return;
+    }
+    const ahrs_real least = AHRS_ACCEL_LEAST * p->gravity;
+    z->force = ahrs_smooth_force(s, p, z->force, z->dt);
+    z->force_usable = ahrs_vec3_norm2(z->force) > least * least;
+}
+
+/* Takes the gyroscope's zero out of the sample; true when it has just become known. */
+static inline bool ahrs_remove_gyro_zero(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_sample *z) {
+    if (ahrs_condition(s, AHRS_GYRO_HELD)) {
+        return false;
+    }
+    const bool learned = !ahrs_condition(s, AHRS_HAS_GYRO_ZERO) && z->force_usable &&
+                         ahrs_learn_gyro_zero(s, p, z->rate, ahrs_vec3_norm(z->force));
+    z->rate = ahrs_vec3_sub(z->rate, ahrs_gyro_zero(s));
+    ahrs_vec3_to(s->gyro, z->rate);
+    return learned;
+}
+
 /* Reads one sample: which parts are usable by themselves, and all of it in inner axes. Comparisons of squared norms
  * fail for NaN and infinity. */
 AHRS_INLINE ahrs_sample ahrs_read_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p,
@@ -136,10 +133,13 @@ AHRS_INLINE ahrs_sample ahrs_read_sample(ahrs_estimator_state *s, const ahrs_est
         z.force = ahrs_swap_body(p->frame, accel);
         z.force_usable = true;
     }
+    if (p->accel_cutoff > 0) {
+        ahrs_smooth_sample(s, p, &z);
+    }
     if (u->mag_valid && ahrs_vec3_norm2(mag) <= AHRS_MAG_LIMIT * AHRS_MAG_LIMIT) {
-        z.mag = ahrs_swap_body(p->frame, mag);
+        z.mag = ahrs_swap_body(p->frame, ahrs_calibrated_mag(p, mag));
         const ahrs_vec3 vertical = z.force_usable ? z.force : ahrs_quat_down(ahrs_quat_of(s->q));
-        z.mag_usable = ahrs_has_horizontal_part(z.mag, vertical);
+        z.mag_usable = ahrs_vec3_norm2(mag) > 0 && ahrs_has_horizontal_part(z.mag, vertical);
     }
     return z;
 }
@@ -267,8 +267,10 @@ AHRS_INLINE ahrs_action ahrs_estimator_begin(ahrs_estimator_state *s, const ahrs
     }
     s->conditions &= ~AHRS_MOMENTARY;
     *z = ahrs_read_sample(s, p, u, dt);
+    const bool zeroed = p->gyro_zero_samples > 0 && ahrs_remove_gyro_zero(s, p, z);
     if (has_attitude) {
-        return ahrs_prepare_sample(s, p, z);
+        const ahrs_action action = ahrs_prepare_sample(s, p, z);
+        return zeroed ? AHRS_START : action;
     }
     if (p->initialisation == AHRS_INITIALISATION_GIVEN) {
         ahrs_quat_to(s->q, ahrs_from_output_frame(p, ahrs_quat_unit(ahrs_quat_of(p->q0))));
@@ -323,7 +325,7 @@ static inline int32_t ahrs_status_of(const ahrs_estimator_state *s) {
     return ahrs_condition(s, AHRS_MAG_DISTURBED) ? AHRS_STATUS_MAG_DISTURBED : AHRS_STATUS_NOMINAL;
 }
 
-/* The common outputs; `bias` is the gyroscope bias in inner axes. */
+/* The common outputs; `bias` is the gyroscope bias that the estimator has learned, in inner axes. */
 static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const ahrs_estimator_params *p,
                                           ahrs_vec3 bias, ahrs_estimator_outputs_t *y) {
     const ahrs_quat q = ahrs_to_output_frame(p, ahrs_quat_of(s->q));
@@ -333,7 +335,7 @@ static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const a
     y->pitch = euler.y;
     y->yaw = euler.z;
     ahrs_vec3_to(y->rate, ahrs_swap_body(p->frame, ahrs_vec3_sub(ahrs_vec3_of(s->gyro), bias)));
-    ahrs_vec3_to(y->gyro_bias, ahrs_swap_body(p->frame, bias));
+    ahrs_vec3_to(y->gyro_bias, ahrs_swap_body(p->frame, ahrs_vec3_add(bias, ahrs_gyro_zero(s))));
     ahrs_vec3_to(y->motion_accel, ahrs_swap_body(p->frame, ahrs_vec3_of(s->motion_accel)));
     y->status = ahrs_status_of(s);
     y->gyro_held = ahrs_condition(s, AHRS_GYRO_HELD);
