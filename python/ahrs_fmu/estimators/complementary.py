@@ -1,12 +1,12 @@
-"""Complementary filter of first order on the quaternion (docs/algorithms.md section 3)."""
+"""Complementary filter of first order on the quaternion (docs/algorithms.md section 1)."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 from ahrs_fmu import quaternion
-from ahrs_fmu.estimators.common import Array, Sample
 from ahrs_fmu.estimators.filter import Filter
+from ahrs_fmu.estimators.state import Array, Sample
 from ahrs_fmu.estimators.vectors import attitude_error
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_fmu.estimators import common
-from ahrs_fmu.estimators.common import (
+from ahrs_fmu.estimators.state import (
     Array,
     CommonState,
     Condition,
@@ -65,19 +65,16 @@ class Filter(ABC, Generic[S]):
         Runs without a usable sensor hold zeros in its place; runs that do nothing now may hold anything.
         """
 
-    def gyro_bias(self, state: S) -> Array:
+    def gyro_bias(self, state: S) -> Array:  # noqa: ARG002
         """Give the estimated bias of the gyroscope (..., 3), rad/s; zero for a filter that has none."""
-        del state
         return np.zeros((*self.shape, 3))
 
-    def attitude_std(self, state: S) -> Array | None:
+    def attitude_std(self, state: S, q: Array) -> Array | None:  # noqa: ARG002
         """Give the standard deviation of the attitude about the body axes (..., 3), rad; None if unknown."""
-        del state
         return None
 
-    def covariance_reset(self, state: S) -> Mask | None:
+    def covariance_reset(self, state: S) -> Mask | None:  # noqa: ARG002
         """Where the last step had to reset the covariance; None for a filter that has none."""
-        del state
         return None
 
     def update(self, inputs: Inputs, dt: float) -> None:
@@ -91,7 +88,7 @@ class Filter(ABC, Generic[S]):
     def outputs(self) -> dict[str, NDArray[np.generic]]:
         """Give the outputs of the model by name, in the axes of the user."""
         result = common.outputs(self.common, self.p, self.gyro_bias(self.state))
-        std, reset = self.attitude_std(self.state), self.covariance_reset(self.state)
+        std, reset = self.attitude_std(self.state, self.common.q), self.covariance_reset(self.state)
         if std is not None:
             result["attitude_std"] = std
         if reset is not None:

@@ -1,4 +1,4 @@
-"""Generalized complementary filter (docs/algorithms.md section 6)."""
+"""Generalized complementary filter (docs/algorithms.md section 5)."""
 
 from __future__ import annotations
 
@@ -7,18 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ahrs_fmu import quaternion
-from ahrs_fmu.estimators.common import (
-    Array,
-    Parameters,
-    Sample,
-    attitude_from_axes,
-    cross,
-    dot,
-    down_of,
-    north_of,
-    unit,
-)
 from ahrs_fmu.estimators.filter import Filter
+from ahrs_fmu.estimators.geometry import attitude_from_axes, cross, dot, down_of, north_of, unit
+from ahrs_fmu.estimators.state import Array, Parameters, Sample
 from ahrs_fmu.estimators.vectors import attitude_error, coupled_error, decoupled_error
 
 

@@ -1,4 +1,4 @@
-"""Mahony filter, proportional and integral, with decoupled heading (docs/algorithms.md section 4)."""
+"""Mahony filter, proportional and integral, with decoupled heading (docs/algorithms.md section 2)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ahrs_fmu import quaternion
-from ahrs_fmu.estimators.common import Array, Parameters, Sample, down_of, north_of
 from ahrs_fmu.estimators.filter import Filter
+from ahrs_fmu.estimators.geometry import down_of, north_of
+from ahrs_fmu.estimators.state import Array, Parameters, Sample
 from ahrs_fmu.estimators.vectors import decoupled_error
 
 

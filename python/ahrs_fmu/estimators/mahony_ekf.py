@@ -1,4 +1,4 @@
-"""Mahony filter whose attitude is the measurement of an EKF (docs/algorithms.md section 4)."""
+"""Mahony filter, smoothed by an EKF on the quaternion (docs/algorithms.md section 2)."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from ahrs_fmu import quaternion
 from ahrs_fmu.estimators import quaternion_ekf
-from ahrs_fmu.estimators.common import Array, Mask, Sample, near
 from ahrs_fmu.estimators.filter import Filter
 from ahrs_fmu.estimators.mahony import mahony_step
-from ahrs_fmu.estimators.matrices import guarded, quaternion_std
+from ahrs_fmu.estimators.matrices import quaternion_std
+from ahrs_fmu.estimators.state import Array, Mask, Sample
 
 
 class State(NamedTuple):
@@ -25,8 +25,6 @@ class State(NamedTuple):
         Attitude of the Mahony filter.
     covariance : ndarray (..., 4, 4)
         Of the quaternion.
-    std : ndarray (..., 3)
-        Standard deviation about the body axes, rad.
     reset : ndarray (...) of bool
         Whether the covariance was reset at the last sample.
     """
@@ -34,7 +32,6 @@ class State(NamedTuple):
     bias: Array
     mahony: Array
     covariance: Array
-    std: Array
     reset: Mask
 
 
@@ -43,9 +40,8 @@ class MahonyEKF(Filter[State]):
 
     def initial(self, q: Array) -> State:
         """Start both filters at the same attitude."""
-        covariance = np.broadcast_to(np.eye(4), (*self.shape, 4, 4))
-        std = quaternion_std(covariance, q)
-        return State(np.zeros((*self.shape, 3)), q, covariance, std, np.zeros(self.shape, dtype=np.bool_))
+        covariance = quaternion_ekf.initial_covariance(self.p, self.shape)
+        return State(np.zeros((*self.shape, 3)), q, covariance, np.zeros(self.shape, dtype=np.bool_))
 
     def turned(self, state: State, q: Array) -> State:
         """Turn the Mahony filter with the EKF."""
@@ -54,24 +50,21 @@ class MahonyEKF(Filter[State]):
     def step(self, state: State, q: Array, z: Sample) -> tuple[State, Array]:
         """Advance Mahony, predict with the rate less its bias, correct by its attitude."""
         bias, mahony = mahony_step(self.p, state.bias, state.mahony, z)
-        mahony = near(quaternion.normalise(mahony), state.mahony)
+        mahony = quaternion.normalise(mahony)
         rate = z.rate - bias if self.p.bias_feed else z.rate
-        covariance, q = quaternion_ekf.predict(self.p, state.covariance, q, rate, z.dt)
-        if z.gain_dt > 0.0:
-            variance = quaternion_ekf.measurement_variance(self.p, z)
-            everywhere = np.ones(self.shape, dtype=np.bool_)
-            covariance, q = quaternion_ekf.correct(covariance, q, mahony, variance, everywhere)
-        q = quaternion.normalise(q)
-        covariance, reset = guarded(covariance, np.eye(4))
-        return State(bias, mahony, covariance, quaternion_std(covariance, q), reset), q
+        covariance, q = quaternion_ekf.predict(self.p, state.covariance, q, rate, z)
+        variance = quaternion_ekf.measurement_variance(self.p, z)
+        everywhere = np.ones(self.shape, dtype=np.bool_)
+        covariance, q, reset = quaternion_ekf.correct(self.p, covariance, q, mahony, variance, everywhere)
+        return State(bias, mahony, covariance, reset), q
 
     def gyro_bias(self, state: State) -> Array:
         """Give the bias of the Mahony filter."""
         return state.bias
 
-    def attitude_std(self, state: State) -> Array:
+    def attitude_std(self, state: State, q: Array) -> Array:
         """Give the standard deviation about the body axes."""
-        return state.std
+        return quaternion_std(state.covariance, q)
 
     def covariance_reset(self, state: State) -> Mask:
         """Where the last step had to reset the covariance."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ahrs_fmu.estimators.common import Array, Mask, select
+from ahrs_fmu.estimators.state import Array, Mask, select
 
 LEAST_VARIANCE = 1e-12
 
@@ -46,19 +46,6 @@ def skew(v: Array) -> Array:
     return np.stack(rows, axis=-2)
 
 
-def rate_matrix(w: Array) -> Array:
-    """OM(w) (..., 4, 4) with OM(w) q = q (x) (0, w)."""
-    x, y, z = w[..., 0], w[..., 1], w[..., 2]
-    o = np.zeros_like(x)
-    rows = (
-        np.stack((o, -x, -y, -z), -1),
-        np.stack((x, o, z, -y), -1),
-        np.stack((y, -z, o, x), -1),
-        np.stack((z, y, -x, o), -1),
-    )
-    return np.stack(rows, axis=-2)
-
-
 def turn_matrix(q: Array) -> Array:
     """XI(q) (..., 4, 3) with q (x) (0, d) = XI(q) d."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
@@ -86,16 +73,22 @@ def solve_right(a: Array, s: Array) -> Array:
     return transposed(np.linalg.solve(s, transposed(a)))
 
 
-def corrected(p: Array, gain: Array, h: Array, r: Array) -> Array:
-    """Covariance after a correction, in Joseph's form, which keeps it positive."""
-    rest = np.eye(p.shape[-1]) - gain @ h
-    return symmetric(rest @ p @ transposed(rest) + gain @ r @ transposed(gain))
+def bounded(m: Array, low: float, high: float) -> Array:
+    """Symmetric matrices with their eigenvalues brought between two limits; NaN where they are not finite."""
+    finite = np.isfinite(m).all(axis=(-1, -2))
+    values, vectors = np.linalg.eigh(select(finite, m, np.broadcast_to(np.eye(m.shape[-1]), m.shape)))
+    inside = symmetric((vectors * np.clip(values, low, high)[..., None, :]) @ transposed(vectors))
+    return select(finite, inside, np.full_like(m, np.nan))
 
 
-def guarded(p: Array, initial: Array) -> tuple[Array, Mask]:
-    """Covariances, with those that have lost their meaning replaced by the initial one; and where."""
-    lost = ~(np.isfinite(p).all(axis=(-1, -2)) & (np.diagonal(p, axis1=-2, axis2=-1) > 0.0).all(axis=-1))
-    return select(lost, np.broadcast_to(initial, p.shape), p), lost
+def floored(m: Array, initial: Array) -> tuple[Array, Mask]:
+    """Covariances with all eigenvalues above a floor, the initial one where they are not finite; and where."""
+    lost = ~np.isfinite(m).all(axis=(-1, -2))
+    m = select(lost, initial, m)
+    low = ~np.isfinite(cholesky(m - LEAST_VARIANCE * np.eye(m.shape[-1]))).all(axis=(-1, -2))
+    if low.any():
+        m = select(low, bounded(m, LEAST_VARIANCE, np.inf), m)
+    return m, lost
 
 
 def quaternion_std(p: Array, q: Array) -> Array:

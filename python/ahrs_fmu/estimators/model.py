@@ -4,19 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_fmu.descriptors import Descriptor
 from ahrs_fmu.errors import ParameterError
-from ahrs_fmu.estimators.common import CommonState, Inputs, Parameters
+from ahrs_fmu.estimators.cg_ekf import CGEKF
+from ahrs_fmu.estimators.complementary import Complementary
 from ahrs_fmu.estimators.filter import Filter
 from ahrs_fmu.estimators.gcf import GCF
+from ahrs_fmu.estimators.improved_ekf import ImprovedEKF
+from ahrs_fmu.estimators.mahony import Mahony
+from ahrs_fmu.estimators.mahony_ekf import MahonyEKF
+from ahrs_fmu.estimators.state import CommonState, Inputs, Parameters
+from ahrs_fmu.estimators.strapdown import Strapdown
 
 Numbers = NDArray[np.float64] | NDArray[np.int32]
 
-FILTERS: dict[str, type[Filter[tuple[NDArray[np.generic], ...]]]] = {"gcf": GCF}  # type: ignore[dict-item]
+FILTERS: dict[str, type[Filter[Any]]] = {
+    "cg_ekf": CGEKF,
+    "complementary": Complementary,
+    "gcf": GCF,
+    "improved_ekf": ImprovedEKF,
+    "mahony": Mahony,
+    "mahony_ekf": MahonyEKF,
+    "strapdown": Strapdown,
+}
 """Class of every model that has a numpy back-end."""
 
 

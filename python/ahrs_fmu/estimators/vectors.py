@@ -5,25 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from ahrs_fmu import quaternion
-from ahrs_fmu.estimators.common import (
-    Array,
-    Mask,
-    Sample,
+from ahrs_fmu.estimators.geometry import (
     attitude_of,
     cross,
     dot,
     down_of,
+    masked,
     near,
     norm,
     north_of,
-    select,
     unit,
 )
-
-
-def masked(where: Mask, vector: Array) -> Array:
-    """Vectors (..., 3) where a mask is true, zero elsewhere."""
-    return select(where, vector, np.zeros_like(vector))
+from ahrs_fmu.estimators.state import Array, Sample, select
 
 
 def tilt_error(down: Array, z: Sample) -> Array:
