@@ -91,7 +91,7 @@ def end(s: CommonState, p: Parameters, z: Sample, q: Array) -> None:
 
 
 def outputs(s: CommonState, p: Parameters, bias: Array) -> dict[str, NDArray[np.generic]]:
-    """Give the common outputs by name; `bias` (..., 3) is the one that the filter has learned, in inner axes."""
+    """Give the common outputs by name; `bias` (..., 3) is what the filter has learned, in inner axes."""
     frame = Frame(p.frame)
     q = _to_output_frame(p, s.q)
     euler = quaternion.to_euler(q)

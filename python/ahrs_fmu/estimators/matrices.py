@@ -70,22 +70,28 @@ def cholesky(m: Array) -> Array:
 
 def solve_right(a: Array, s: Array) -> Array:
     """A S^-1 of matrices (..., n, m) and symmetric positive definite (..., m, m)."""
-    return transposed(np.linalg.solve(s, transposed(a)))
+    return transposed(np.asarray(np.linalg.solve(s, transposed(a)), dtype=np.float64))
+
+
+def all_finite(m: Array) -> Mask:
+    """Where matrices (..., n, m) are finite."""
+    return np.asarray(np.isfinite(m).all(axis=(-1, -2)))
 
 
 def bounded(m: Array, low: float, high: float) -> Array:
     """Symmetric matrices with their eigenvalues brought between two limits; NaN where they are not finite."""
-    finite = np.isfinite(m).all(axis=(-1, -2))
+    finite = all_finite(m)
     values, vectors = np.linalg.eigh(select(finite, m, np.broadcast_to(np.eye(m.shape[-1]), m.shape)))
-    inside = symmetric((vectors * np.clip(values, low, high)[..., None, :]) @ transposed(vectors))
+    clipped = np.clip(values, low, high)[..., None, :]
+    inside: Array = symmetric((vectors * clipped) @ transposed(vectors))
     return select(finite, inside, np.full_like(m, np.nan))
 
 
 def floored(m: Array, initial: Array) -> tuple[Array, Mask]:
-    """Covariances with all eigenvalues above a floor, the initial one where they are not finite; and where."""
-    lost = ~np.isfinite(m).all(axis=(-1, -2))
+    """Covariances with all eigenvalues above a floor; the initial one where not finite, and where."""
+    lost = ~all_finite(m)
     m = select(lost, initial, m)
-    low = ~np.isfinite(cholesky(m - LEAST_VARIANCE * np.eye(m.shape[-1]))).all(axis=(-1, -2))
+    low = ~all_finite(cholesky(m - LEAST_VARIANCE * np.eye(m.shape[-1])))
     if low.any():
         m = select(low, bounded(m, LEAST_VARIANCE, np.inf), m)
     return m, lost
@@ -94,4 +100,6 @@ def floored(m: Array, initial: Array) -> tuple[Array, Mask]:
 def quaternion_std(p: Array, q: Array) -> Array:
     """Standard deviation about the body axes (..., 3), rad, of a covariance of the quaternion (..., 4, 4)."""
     xi = turn_matrix(q)
-    return 2.0 * np.sqrt(np.maximum(np.einsum("...ik,...ij,...jk->...k", xi, p, xi), 0.0))
+    variance = np.einsum("...ik,...ij,...jk->...k", xi, p, xi)
+    std: Array = 2.0 * np.sqrt(np.maximum(variance, 0.0))
+    return std

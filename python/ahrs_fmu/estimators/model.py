@@ -121,8 +121,8 @@ class NumpyModel:
         expected = len(self.save())
         if len(saved) != expected:
             raise ValueError(
-                f"the saved state has {len(saved)} bytes; {self.descriptor.title} for a batch of {self.shape} "
-                f"has {expected}"
+                f"the saved state has {len(saved)} bytes; "
+                f"{self.descriptor.title} for a batch of {self.shape} has {expected}"
             )
         position = 0
 
@@ -183,7 +183,7 @@ class NumpyModel:
         full: NDArray[np.generic] = np.broadcast_to(
             np.asarray(array, dtype=kind), (*self.shape, count, *size)
         )
-        return np.ascontiguousarray(np.moveaxis(full, len(self.shape), 0))
+        return np.moveaxis(full, len(self.shape), 0)
 
     def _sample(self) -> Inputs:
         return Inputs(*(self._inputs[name] for name in Inputs._fields))  # type: ignore[arg-type]

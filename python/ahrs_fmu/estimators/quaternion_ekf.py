@@ -31,7 +31,8 @@ def measurement_variance(p: Parameters, z: Sample) -> Array:
     """Variance (...) of an element of the measured quaternion: more as the force is less like gravity."""
     excess = np.abs(norm(z.force) - p.gravity)
     moved = motion_variance(p, z, p.motion_noise) / p.gravity**2
-    return 0.25 * (sample_variance(p, p.attitude_noise) * (1.0 + p.accel_distrust * excess) + moved)
+    variance: Array = sample_variance(p, p.attitude_noise) * (1.0 + p.accel_distrust * excess) + moved
+    return 0.25 * variance
 
 
 def correct(
