@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ahrs_fmu import frames, quaternion
 from ahrs_fmu.estimators import preprocessing
-from ahrs_fmu.estimators.geometry import attitude_of, cross, dot, down_of, masked, near, norm, unit
+from ahrs_fmu.estimators.geometry import attitude_of, dot, down_of, masked, near, norm, unit
 from ahrs_fmu.estimators.state import (
     MOMENTARY,
     STATUS,
@@ -26,6 +26,7 @@ from ahrs_fmu.estimators.state import (
     select,
 )
 from ahrs_fmu.frames import Frame
+from ahrs_fmu.quaternion import cross, join
 
 # Larger samples are not physical and count as no measurement.
 GYRO_LIMIT = 1e3
@@ -111,8 +112,9 @@ def outputs(s: CommonState, p: Parameters, bias: Array) -> dict[str, NDArray[np.
 
 
 def _to_output_frame(p: Parameters, q: Array) -> Array:
-    declined = quaternion.multiply(_turn_about_down(p.declination), q)
-    return _swap_frames(declined) if p.frame == "enu" else declined
+    if p.declination != 0.0:
+        q = quaternion.multiply(_turn_about_down(p.declination), q)
+    return _swap_frames(q) if p.frame == "enu" else q
 
 
 def _from_output_frame(p: Parameters, q: Array) -> Array:
@@ -123,13 +125,13 @@ def _from_output_frame(p: Parameters, q: Array) -> Array:
 def _swap_frames(q: Array) -> Array:
     """NED/FRD to ENU/FLU and back, with the sign of the C core."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    swapped: Array = np.sqrt(0.5) * np.stack((w + z, x + y, x - y, w - z), axis=-1)
+    swapped: Array = np.sqrt(0.5) * join(w + z, x + y, x - y, w - z)
     return swapped
 
 
 def _turn_about_down(angle: Array | float) -> Array:
     half = 0.5 * np.asarray(angle)
-    return np.stack((np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)), axis=-1)
+    return join(np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half))
 
 
 def _has_horizontal_part(mag: Array, vertical: Array) -> Mask:
@@ -182,7 +184,7 @@ def _learn_field(s: CommonState, p: Parameters, mag: Array, where: Mask) -> None
         return
     seen = where & (dot(mag, mag) > 0.0)
     m = quaternion.rotate(s.q, mag)
-    s.field = select(seen, np.stack((np.hypot(m[..., 0], m[..., 1]), m[..., 2]), axis=-1), s.field)
+    s.field = select(seen, join(np.hypot(m[..., 0], m[..., 1]), m[..., 2]), s.field)
     s.mark(Condition.HAS_FIELD, seen)
 
 
@@ -261,27 +263,19 @@ def _gated(s: CommonState, p: Parameters, z: Sample) -> Mask:
 
 
 def _status(s: CommonState) -> NDArray[np.int32]:
-    conditions = [
-        ~s.has(Condition.HAS_ATTITUDE) & s.has(Condition.MOVED),
-        ~s.has(Condition.HAS_ATTITUDE),
-        s.has(Condition.IMPLAUSIBLE),
-        s.has(Condition.COVARIANCE_RESET),
-        s.has(Condition.STEP_REJECTED),
-        s.has(Condition.GYRO_HELD),
-        ~s.has(Condition.ACCEL_USED),
-        ~s.has(Condition.MAG_USED),
-        s.has(Condition.MAG_DISTURBED),
-    ]
-    status = [
-        "initialising_in_motion",
-        "initialising",
-        "implausible",
-        "covariance_reset",
-        "step_rejected",
-        "gyro_held",
-        "accel_unused",
-        "mag_unused",
-        "mag_disturbed",
-    ]
-    numbers = [np.int32(STATUS.index(name)) for name in status]
-    return np.select(conditions, numbers, np.int32(0)).astype(np.int32)
+    # The worst condition last.
+    conditions = {
+        "mag_disturbed": s.has(Condition.MAG_DISTURBED),
+        "mag_unused": ~s.has(Condition.MAG_USED),
+        "accel_unused": ~s.has(Condition.ACCEL_USED),
+        "gyro_held": s.has(Condition.GYRO_HELD),
+        "step_rejected": s.has(Condition.STEP_REJECTED),
+        "covariance_reset": s.has(Condition.COVARIANCE_RESET),
+        "implausible": s.has(Condition.IMPLAUSIBLE),
+        "initialising": ~s.has(Condition.HAS_ATTITUDE),
+        "initialising_in_motion": ~s.has(Condition.HAS_ATTITUDE) & s.has(Condition.MOVED),
+    }
+    status = np.zeros_like(s.conditions)
+    for name, holds in conditions.items():
+        status = np.where(holds, np.int32(STATUS.index(name)), status)
+    return status

@@ -8,9 +8,10 @@ import numpy as np
 
 from ahrs_fmu import quaternion
 from ahrs_fmu.estimators.filter import Filter
-from ahrs_fmu.estimators.geometry import attitude_from_axes, cross, dot, down_of, north_of, unit
+from ahrs_fmu.estimators.geometry import attitude_from_axes, dot, down_of, north_of, unit
 from ahrs_fmu.estimators.state import Array, Parameters, Sample
 from ahrs_fmu.estimators.vectors import attitude_error, coupled_error, decoupled_error
+from ahrs_fmu.quaternion import cross
 
 
 class State(NamedTuple):

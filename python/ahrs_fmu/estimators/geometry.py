@@ -6,6 +6,7 @@ import numpy as np
 
 from ahrs_fmu import quaternion
 from ahrs_fmu.estimators.state import Array, Mask, select
+from ahrs_fmu.quaternion import cross, join
 
 
 def dot(a: Array, b: Array) -> Array:
@@ -24,23 +25,16 @@ def unit(v: Array) -> Array:
     return v / norm(v)[..., None]
 
 
-def cross(a: Array, b: Array) -> Array:
-    """Vector product of (..., 3) arrays."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=-1)
-
-
 def down_of(q: Array) -> Array:
     """Direction of gravity seen from the body, (..., 3)."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    return np.stack((2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z), axis=-1)
+    return join(2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z)
 
 
 def north_of(q: Array) -> Array:
     """Direction of magnetic north seen from the body, (..., 3)."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    return np.stack((w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)), axis=-1)
+    return join(w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y))
 
 
 def near(q: Array, reference: Array) -> Array:
@@ -66,7 +60,7 @@ def attitude_of(force: Array, mag: Array) -> Array:
     headed = norm(mag) > 0.0
     roll = np.arctan2(down[..., 1], down[..., 2])
     pitch = np.arctan2(-down[..., 0], np.hypot(down[..., 1], down[..., 2]))
-    level = quaternion.from_euler(np.stack((roll, pitch, np.zeros_like(roll)), axis=-1))
+    level = quaternion.from_euler(join(roll, pitch, np.zeros_like(roll)))
     if not headed.any():
         return level
     axes = np.where(headed[..., None, None], np.stack((cross(east, down), east, down), axis=-2), np.eye(3))

@@ -7,7 +7,6 @@ import numpy as np
 from ahrs_fmu import quaternion
 from ahrs_fmu.estimators.geometry import (
     attitude_of,
-    cross,
     dot,
     down_of,
     masked,
@@ -17,6 +16,7 @@ from ahrs_fmu.estimators.geometry import (
     unit,
 )
 from ahrs_fmu.estimators.state import Array, Sample, select
+from ahrs_fmu.quaternion import cross
 
 
 def tilt_error(down: Array, z: Sample) -> Array:
