@@ -11,7 +11,203 @@ from typing import Literal
 from ahrs_fmu.estimator import Estimator
 from ahrs_fmu.host_library import Precision
 
-__all__ = ["CGEKF", "Complementary", "GCF", "ImprovedEKF", "Mahony", "MahonyEKF", "Strapdown"]
+__all__ = ["AdaptiveCKF", "CGEKF", "Complementary", "GCF", "ImprovedEKF", "Mahony", "MahonyEKF", "Strapdown"]
+
+
+class AdaptiveCKF(Estimator):
+    """Cubature Kalman filter on the quaternion with adaptive noise.
+
+    The state is the quaternion, predicted by the gyroscope and measured by the specific force and the
+    heading. The covariances of measurement and process noise may be estimated while the filter runs,
+    after Sage and Husa. It learns no gyroscope bias: the process noise has to cover it.
+
+    Parameters
+    ----------
+    gyro_noise : float, default 0.006
+        White noise of the gyroscope, rad/s/sqrt(Hz), large enough to cover its bias; used when
+        process_noise is gyro. Must be at least 0 and at most 100.
+    accel_noise : float, default 0.1
+        White noise of the accelerometer with the motion, m/s2/sqrt(Hz), before it is estimated.
+        Must be above 0 and at most 1000.
+    heading_noise : float, default 0.0316
+        White noise of the measured heading, rad/sqrt(Hz), before it is estimated. Must be above 0
+        and at most 100.
+    quaternion_noise : float, default 0.000316
+        White noise of the change of every quaternion element, 1/s/sqrt(Hz). Must be above 0 and
+        at most 100.
+    motion_noise : float, default 0.5
+        Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
+        Must be at least 0 and at most 1000.
+    initial_attitude_std : float, default 0.063
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 10.
+    adaptation : {"none", "r_only", "qr_safe", "textbook", "printed"}, default "r_only"
+        Which noise covariances are estimated.
+    process_noise : {"gyro", "isotropic"}, default "gyro"
+        Form of the process noise, before it is estimated.
+    forgetting : float, default 0.995
+        Weight of the estimated noise covariances from one sample to the next. Must be at least
+        0.5 and below 1.
+    warm_up : int, default 200
+        Samples that the given noise covariances count for when the estimation begins.
+    measurement_variance_min : float, default 0.0001
+        Least eigenvalue of the estimated measurement covariance, in m2/s4 and rad2. Must be at
+        least 1e-12 and at most 1e+06.
+    measurement_variance_max : float, default 1000.0
+        Largest eigenvalue of the estimated measurement covariance, in m2/s4 and rad2. Must be at
+        least 1e-12 and at most 1e+06.
+    process_variance_min : float, default 1e-08
+        Least eigenvalue of the process covariance per sample, when adaptation is qr_safe. Must be
+        at least 1e-12 and at most 1.
+    process_variance_max : float, default 1e-05
+        Largest eigenvalue of the process covariance per sample, when adaptation is qr_safe. Must
+        be at least 1e-12 and at most 1.
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        gyro_noise: float = 0.006,
+        accel_noise: float = 0.1,
+        heading_noise: float = 0.0316,
+        quaternion_noise: float = 0.000316,
+        motion_noise: float = 0.5,
+        initial_attitude_std: float = 0.063,
+        adaptation: Literal["none", "r_only", "qr_safe", "textbook", "printed"] = "r_only",
+        process_noise: Literal["gyro", "isotropic"] = "gyro",
+        forgetting: float = 0.995,
+        warm_up: int = 200,
+        measurement_variance_min: float = 0.0001,
+        measurement_variance_max: float = 1000.0,
+        process_variance_min: float = 1e-08,
+        process_variance_max: float = 1e-05,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+    ) -> None:
+        super().__init__(
+            "adaptive_ckf",
+            {
+                "gyro_noise": gyro_noise,
+                "accel_noise": accel_noise,
+                "heading_noise": heading_noise,
+                "quaternion_noise": quaternion_noise,
+                "motion_noise": motion_noise,
+                "initial_attitude_std": initial_attitude_std,
+                "adaptation": adaptation,
+                "process_noise": process_noise,
+                "forgetting": forgetting,
+                "warm_up": warm_up,
+                "measurement_variance_min": measurement_variance_min,
+                "measurement_variance_max": measurement_variance_max,
+                "process_variance_min": process_variance_min,
+                "process_variance_max": process_variance_max,
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+        )
 
 
 class CGEKF(Estimator):
@@ -323,7 +519,7 @@ class GCF(Estimator):
     kii : float, default 0.0
         Double integral gain: follows a ramp of the gyroscope bias; 0 leaves the filter second
         order [rad3/s3]. Must be at least 0 and at most 1e+09.
-    bias_limit : float, default 1.0
+    bias_limit : float, default 0.2
         Largest gyroscope bias that is learned, per axis [rad/s]. Must be at least 0 and at most
         100.
     realisation : {"quaternion", "vector", "dcm", "euler"}, default "quaternion"
@@ -410,7 +606,7 @@ class GCF(Estimator):
         kp: float = 0.5,
         ki: float = 0.1,
         kii: float = 0.0,
-        bias_limit: float = 1.0,
+        bias_limit: float = 0.2,
         realisation: Literal["quaternion", "vector", "dcm", "euler"] = "quaternion",
         form: Literal["direct", "attitude"] = "direct",
         error: Literal["decoupled", "coupled"] = "decoupled",
@@ -1081,6 +1277,7 @@ class Strapdown(Estimator):
 
 
 BY_NAME: dict[str, type[Estimator]] = {
+    "adaptive_ckf": AdaptiveCKF,
     "cg_ekf": CGEKF,
     "complementary": Complementary,
     "gcf": GCF,

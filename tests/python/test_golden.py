@@ -85,11 +85,26 @@ def cg_ekf(trace: Trace) -> Parameters:
     }
 
 
+def cubature(trace: Trace, variance: float, **parameters: object) -> Parameters:
+    """Process noise `variance` per sample, measurement noise 1 (m/s2)2 and 0.1 rad2 per sample."""
+    t = trace.sample_time
+    return {
+        "process_noise": "isotropic",
+        "quaternion_noise": math.sqrt(variance / t),
+        "accel_noise": math.sqrt(t),
+        "heading_noise": math.sqrt(0.1 * t),
+        "initial_attitude_std": 2.0 * math.sqrt(1e-3),
+        **parameters,
+    }
+
+
 CASES: dict[str, tuple[str, Callable[[Trace], Parameters]]] = {
     "improved_ekf": ("improved_ekf", quaternion_ekf),
     "mahony_ekf": ("mahony_ekf", lambda t: {**quaternion_ekf(t), **UNLIMITED}),
     "mahony_ekf_printed": ("mahony_ekf", lambda t: {**quaternion_ekf(t), **UNLIMITED, "bias_feed": False}),
     "cg_ekf": ("cg_ekf", cg_ekf),
+    "ckf_fixed": ("adaptive_ckf", lambda t: cubature(t, 1e-4, adaptation="none")),
+    "adaptive_ckf_r_only": ("adaptive_ckf", lambda t: cubature(t, 1e-7, warm_up=100)),
     "strapdown": ("strapdown", fixed()),
     "complementary": ("complementary", fixed(kp=0.58)),
     "mahony": ("mahony", fixed(kp=1.0, ki=0.1, **UNLIMITED)),

@@ -9,6 +9,7 @@
 enum { RESTART = 4, NEWTON_STEPS = 6 };
 
 static const ahrs_real GRADIENT_LEAST = AHRS_C(1e-10);
+static const ahrs_real CURVATURE_LEAST = AHRS_C(1e-12); /* less belongs to a direction so short that its first guess will do */
 
 /* Directions in navigation axes and where they are measured in the body. One that is not usable is zero in both. */
 typedef struct {
@@ -60,7 +61,7 @@ static ahrs_real step_along(ahrs_quat q, ahrs_quat d, const directions *nav, dir
     for (int32_t i = 0; i < NEWTON_STEPS; i++) {
         const ahrs_real slope = c0 + length * (c1 + length * (c2 + length * c3));
         const ahrs_real curvature = c1 + length * (2 * c2 + length * 3 * c3);
-        if (!(curvature > 0)) {
+        if (!(curvature > CURVATURE_LEAST)) {
             break;
         }
         length -= slope / curvature;
@@ -124,7 +125,7 @@ void ahrs_cg_ekf_update(ahrs_cg_ekf_state *s, const ahrs_cg_ekf_params *p, const
         return;
     }
     const ahrs_quat turn = ahrs_increment_second(ahrs_vec3_scale(z.rate, z.dt));
-    ahrs_quat q = ahrs_quat_mul(ahrs_quat_of(s->common.q), turn);
+    ahrs_quat q = ahrs_quat_unit(ahrs_quat_mul(ahrs_quat_of(s->common.q), turn));
     s->variance = ahrs_quat_dot(turn, turn) * s->variance +
                   AHRS_C(0.25) * ahrs_turn_variance(&s->common, &z, p->gyro_noise);
     if (!(s->variance <= AHRS_REAL_MAX)) {
@@ -136,7 +137,7 @@ void ahrs_cg_ekf_update(ahrs_cg_ekf_state *s, const ahrs_cg_ekf_params *p, const
         const ahrs_real attitude = ahrs_sample_variance(&p->common, p->attitude_noise);
         const ahrs_real r = AHRS_C(0.25) * (attitude + moved / (p->common.gravity * p->common.gravity));
         const ahrs_real gain = s->variance / (s->variance + r);
-        const ahrs_quat measured = ahrs_quat_near(measured_attitude(s, p, ahrs_quat_unit(q), &z), q);
+        const ahrs_quat measured = ahrs_quat_near(measured_attitude(s, p, q, &z), q);
         q = ahrs_quat_add(q, ahrs_quat_scale(ahrs_quat_sub(measured, q), gain));
         s->variance = gain * r;
     }
