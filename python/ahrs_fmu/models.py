@@ -519,7 +519,7 @@ class GCF(Estimator):
     kii : float, default 0.0
         Double integral gain: follows a ramp of the gyroscope bias; 0 leaves the filter second
         order [rad3/s3]. Must be at least 0 and at most 1e+09.
-    bias_limit : float, default 0.2
+    bias_limit : float, default 1.0
         Largest gyroscope bias that is learned, per axis [rad/s]. Must be at least 0 and at most
         100.
     realisation : {"quaternion", "vector", "dcm", "euler"}, default "quaternion"
@@ -606,7 +606,7 @@ class GCF(Estimator):
         kp: float = 0.5,
         ki: float = 0.1,
         kii: float = 0.0,
-        bias_limit: float = 0.2,
+        bias_limit: float = 1.0,
         realisation: Literal["quaternion", "vector", "dcm", "euler"] = "quaternion",
         form: Literal["direct", "attitude"] = "direct",
         error: Literal["decoupled", "coupled"] = "decoupled",

@@ -158,7 +158,7 @@ static void outputs(void *data) {
 extern const fmu_model ahrs_cg_ekf_model;
 const fmu_model ahrs_cg_ekf_model = {
     "cg_ekf", "CGEKF", sizeof(instance), {offsetof(instance, params), sizeof(((instance *)0)->params)}, {offsetof(instance, inputs), sizeof(((instance *)0)->inputs)}, {offsetof(instance, outputs), sizeof(((instance *)0)->outputs)}, {offsetof(instance, state), sizeof(((instance *)0)->state)},
-    offsetof(instance, params.common.sample_time),
+    offsetof(instance, params.common.sample_time), 0.01,
     variables, sizeof variables / sizeof variables[0],
     limits, sizeof limits / sizeof limits[0],
     defaults, init, update, outputs};

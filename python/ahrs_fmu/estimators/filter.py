@@ -97,13 +97,13 @@ class Filter(ABC, Generic[S]):
 
     def _advance(self, z: Sample) -> None:
         if z.start.any():
-            self.state = self._where(z.start, self.initial(self.common.q))
+            self.state = merged(z.start, self.initial(self.common.q), self.state)
         if z.turn.any():
-            self.state = self._where(z.turn, self.turned(self.state, self.common.q))
+            self.state = merged(z.turn, self.turned(self.state, self.common.q), self.state)
         if not z.run.any():
             return
         state, q = self.step(self.state, self.common.q, z)
-        self.state = state if z.run.all() else self._where(z.run, state)
+        self.state = state if z.run.all() else merged(z.run, state, self.state)
         common.end(self.common, self.p, z, q)
         if not self.corrects:
             self.common.assign(Condition.ACCEL_USED | Condition.MAG_USED, np.zeros_like(z.run), z.run)
@@ -111,6 +111,7 @@ class Filter(ABC, Generic[S]):
         if reset is not None:
             self.common.mark(Condition.COVARIANCE_RESET, z.run & reset)
 
-    def _where(self, mask: Mask, new: S) -> S:
-        merged = (select(mask, a, b) for a, b in zip(new, self.state, strict=True))
-        return type(new)(*merged)
+
+def merged(where: Mask, new: S, old: S) -> S:
+    """State whose runs are those of `new` where a mask is true and those of `old` elsewhere."""
+    return type(new)(*(select(where, a, b) for a, b in zip(new, old, strict=True)))

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ahrs_fmu.descriptors import Descriptor
 from ahrs_fmu.errors import ParameterError
+from ahrs_fmu.estimators.adaptive_ckf import AdaptiveCKF
 from ahrs_fmu.estimators.cg_ekf import CGEKF
 from ahrs_fmu.estimators.complementary import Complementary
 from ahrs_fmu.estimators.filter import Filter
@@ -24,6 +25,7 @@ from ahrs_fmu.estimators.strapdown import Strapdown
 Numbers = NDArray[np.float64] | NDArray[np.int32]
 
 FILTERS: dict[str, type[Filter[Any]]] = {
+    "adaptive_ckf": AdaptiveCKF,
     "cg_ekf": CGEKF,
     "complementary": Complementary,
     "gcf": GCF,
