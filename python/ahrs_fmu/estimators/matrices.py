@@ -73,6 +73,12 @@ def solve_right(a: Array, s: Array) -> Array:
     return transposed(np.asarray(np.linalg.solve(s, transposed(a)), dtype=np.float64))
 
 
+def corrected(p: Array, gain: Array, h: Array, r: Array) -> Array:
+    """Covariance after a correction, in Joseph's form, which keeps it positive."""
+    rest = np.eye(p.shape[-1]) - gain @ h
+    return symmetric(rest @ p @ transposed(rest) + gain @ r @ transposed(gain))
+
+
 def all_finite(m: Array) -> Mask:
     """Where matrices (..., n, m) are finite."""
     return np.asarray(np.isfinite(m).all(axis=(-1, -2)))
