@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from ahrs_fmu.estimator import Estimator
+from ahrs_fmu.estimator import Backend, Estimator
 from ahrs_fmu.host_library import Precision
 
 __all__ = ["AdaptiveCKF", "CGEKF", "Complementary", "GCF", "ImprovedEKF", "Mahony", "MahonyEKF", "Strapdown"]
@@ -120,6 +120,8 @@ class AdaptiveCKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -166,6 +168,7 @@ class AdaptiveCKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "adaptive_ckf",
@@ -207,6 +210,7 @@ class AdaptiveCKF(Estimator):
                 "mag_scale": mag_scale,
             },
             precision,
+            backend,
         )
 
 
@@ -292,6 +296,8 @@ class CGEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -329,6 +335,7 @@ class CGEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "cg_ekf",
@@ -361,6 +368,7 @@ class CGEKF(Estimator):
                 "mag_scale": mag_scale,
             },
             precision,
+            backend,
         )
 
 
@@ -435,6 +443,8 @@ class Complementary(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -468,6 +478,7 @@ class Complementary(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "complementary",
@@ -496,6 +507,7 @@ class Complementary(Estimator):
                 "mag_scale": mag_scale,
             },
             precision,
+            backend,
         )
 
 
@@ -593,6 +605,8 @@ class GCF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -634,6 +648,7 @@ class GCF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "gcf",
@@ -670,6 +685,7 @@ class GCF(Estimator):
                 "mag_scale": mag_scale,
             },
             precision,
+            backend,
         )
 
 
@@ -755,6 +771,8 @@ class ImprovedEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -792,6 +810,7 @@ class ImprovedEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "improved_ekf",
@@ -824,6 +843,7 @@ class ImprovedEKF(Estimator):
                 "mag_scale": mag_scale,
             },
             precision,
+            backend,
         )
 
 
@@ -904,6 +924,8 @@ class Mahony(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -939,6 +961,7 @@ class Mahony(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mahony",
@@ -969,6 +992,7 @@ class Mahony(Estimator):
                 "mag_scale": mag_scale,
             },
             precision,
+            backend,
         )
 
 
@@ -1066,6 +1090,8 @@ class MahonyEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1107,6 +1133,7 @@ class MahonyEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mahony_ekf",
@@ -1143,6 +1170,7 @@ class MahonyEKF(Estimator):
                 "mag_scale": mag_scale,
             },
             precision,
+            backend,
         )
 
 
@@ -1214,6 +1242,8 @@ class Strapdown(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1246,6 +1276,7 @@ class Strapdown(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "strapdown",
@@ -1273,6 +1304,7 @@ class Strapdown(Estimator):
                 "mag_scale": mag_scale,
             },
             precision,
+            backend,
         )
 
 
