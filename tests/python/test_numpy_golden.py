@@ -12,8 +12,6 @@ from ahrs_fmu import models
 from ahrs_fmu.estimators.model import FILTERS
 from motion import angle_between
 
-# The reference ends the line search where the curvature is below 1e-12: a little short of the minimum.
-TOLERANCE = {"cg_ekf": 1e-8}
 NUMPY_CASES = [case for case, (model, _) in CASES.items() if model in FILTERS]
 
 
@@ -24,7 +22,7 @@ def compare(case: str, file: Path, rows: int | None) -> None:
     estimator = models.BY_NAME[model](**trace.setting, **parameters(trace), backend="numpy")
     result = estimator.run(trace.record.rows(0, rows))
     error = angle_between(trace.arrays[case][:rows], result.q)
-    assert np.max(error) < TOLERANCE.get(case, 1e-9)
+    assert np.max(error) < 1e-9
     if f"{case}_bias" in trace.arrays:
         expected = trace.arrays[f"{case}_bias"][:rows]
         np.testing.assert_allclose(result.gyro_bias, expected, rtol=0.0, atol=1e-9)

@@ -17,6 +17,8 @@ from ahrs_fmu.estimators.state import Array, Mask, Sample, select
 NEWTON_STEPS = 6
 RESTART = 4
 CONVERGED = 1e-10
+CURVATURE_LEAST = 1e-12
+"""Less belongs to a direction so short that its first guess will do."""
 
 
 class State(NamedTuple):
@@ -48,7 +50,7 @@ class CGEKF(Filter[State]):
         """Predict and correct."""
         p = self.p
         turn = increment(z.rate * z.dt, order=2)
-        q = quaternion.multiply(q, turn)
+        q = quaternion.normalise(quaternion.multiply(q, turn))
         variance = dot(turn, turn) * state.variance + 0.25 * turn_variance(z, p.gyro_noise)
         reset = ~np.isfinite(variance)
         variance = np.where(reset, self._initial_variance(), variance)
@@ -56,7 +58,7 @@ class CGEKF(Filter[State]):
             moved = motion_variance(p, z, p.motion_noise) / p.gravity**2
             r = 0.25 * (sample_variance(p, p.attitude_noise) + moved)
             gain = variance / (variance + r)
-            measured = near(conjugate_gradient(p.iterations, quaternion.normalise(q), z), q)
+            measured = near(conjugate_gradient(p.iterations, q, z), q)
             where = z.accel_usable | z.mag_usable
             q = select(where, q + gain[..., None] * (measured - q), q)
             variance = np.where(where, gain * r, variance)
@@ -119,7 +121,7 @@ def line_minimum(e0: Array, e1: Array, e2: Array) -> Array:
     for _ in range(NEWTON_STEPS):
         slope = c0 + length * (c1 + length * (c2 + length * c3))
         curvature = c1 + length * (2.0 * c2 + length * 3.0 * c3)
-        convex = convex & (curvature > 0.0)
+        convex = convex & (curvature > CURVATURE_LEAST)
         length = np.where(convex, length - slope / curvature, length)
     return length
 
