@@ -50,10 +50,6 @@ class Trace:
             "field_dip": math.atan2(field[2], field[0]),
         }
 
-    def density(self, name: str) -> float:
-        """Noise density of a level that the file gives per sample."""
-        return float(self.arrays[name]) * math.sqrt(self.sample_time)
-
 
 def fixed(**parameters: object) -> Callable[[Trace], Parameters]:
     return lambda _: parameters
@@ -98,6 +94,21 @@ def cubature(trace: Trace, variance: float, **parameters: object) -> Parameters:
     }
 
 
+def sensor_noise(trace: Trace) -> Parameters:
+    """The levels of the file: per sample, but that of the bias, which is a step per sample."""
+    root = math.sqrt(trace.sample_time)
+    level = {name: float(trace.arrays[name]) for name in trace.arrays if name.endswith("_sigma")}
+    return {
+        "gyro_noise": level["gyro_sigma"] * root,
+        "gyro_bias_noise": level["gyro_bias_step_sigma"] / root,
+        "accel_noise": level["accel_sigma"] * root,
+        "mag_noise": level["mag_sigma"] * 1e-6 * root,
+        "initial_attitude_std": 0.1,
+        "initial_bias_std": 0.02,
+        **UNLIMITED,
+    }
+
+
 CASES: dict[str, tuple[str, Callable[[Trace], Parameters]]] = {
     "improved_ekf": ("improved_ekf", quaternion_ekf),
     "mahony_ekf": ("mahony_ekf", lambda t: {**quaternion_ekf(t), **UNLIMITED}),
@@ -105,6 +116,7 @@ CASES: dict[str, tuple[str, Callable[[Trace], Parameters]]] = {
     "cg_ekf": ("cg_ekf", cg_ekf),
     "ckf_fixed": ("adaptive_ckf", lambda t: cubature(t, 1e-4, adaptation="none")),
     "adaptive_ckf_r_only": ("adaptive_ckf", lambda t: cubature(t, 1e-7, warm_up=100)),
+    "mekf": ("mekf", sensor_noise),
     "strapdown": ("strapdown", fixed()),
     "complementary": ("complementary", fixed(kp=0.58)),
     "mahony": ("mahony", fixed(kp=1.0, ki=0.1, **UNLIMITED)),
