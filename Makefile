@@ -45,6 +45,7 @@ lint: $(STAMP)
 generate: $(STAMP)
 	$(PYTHON) -m ahrs_fmu.export.headers
 	$(PYTHON) -m ahrs_fmu.export.classes
+	$(PYTHON) -m ahrs_fmu.export.modelica
 
 clean:
 	rm -rf $(VENV) $(filter-out build/README.md,$(wildcard build/*))

@@ -45,7 +45,7 @@ static inline ahrs_real ahrs_min(ahrs_real x, ahrs_real y) { return x < y ? x : 
 static inline ahrs_real ahrs_max(ahrs_real x, ahrs_real y) { return x > y ? x : y; }
 
 static inline ahrs_real ahrs_clamp(ahrs_real x, ahrs_real low, ahrs_real high) {
-    return x < low ? low : (x > high ? high : x);
+    return ahrs_max(low, ahrs_min(high, x));
 }
 
 /* False for NaN as well: every comparison with it fails. */

@@ -22,13 +22,15 @@ static inline void ahrs_quat_to(ahrs_real out[4], ahrs_quat q) {
 }
 
 static inline ahrs_quat ahrs_quat_mul(ahrs_quat p, ahrs_quat q) {
-    return (ahrs_quat){p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z, p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y,
-                       p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x, p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w};
+    return (ahrs_quat){(p.w * q.w - p.x * q.x) - (p.y * q.y + p.z * q.z),
+                       (p.w * q.x + p.x * q.w) + (p.y * q.z - p.z * q.y),
+                       (p.w * q.y + p.y * q.w) + (p.z * q.x - p.x * q.z),
+                       (p.w * q.z + p.z * q.w) + (p.x * q.y - p.y * q.x)};
 }
 
 static inline ahrs_quat ahrs_quat_conj(ahrs_quat q) { return (ahrs_quat){q.w, -q.x, -q.y, -q.z}; }
 static inline ahrs_quat ahrs_quat_negate(ahrs_quat q) { return (ahrs_quat){-q.w, -q.x, -q.y, -q.z}; }
-static inline ahrs_real ahrs_quat_dot(ahrs_quat p, ahrs_quat q) { return p.w * q.w + p.x * q.x + p.y * q.y + p.z * q.z; }
+static inline ahrs_real ahrs_quat_dot(ahrs_quat p, ahrs_quat q) { return (p.w * q.w + p.x * q.x) + (p.y * q.y + p.z * q.z); }
 
 static inline ahrs_quat ahrs_quat_add(ahrs_quat p, ahrs_quat q) {
     return (ahrs_quat){p.w + q.w, p.x + q.x, p.y + q.y, p.z + q.z};
@@ -55,28 +57,38 @@ static inline ahrs_quat ahrs_quat_refine(ahrs_quat q) {
     return ahrs_quat_scale(q, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_quat_dot(q, q));
 }
 
-/* Rotation vector to quaternion: [cos(|v|/2), sin(|v|/2) v/|v|]. */
-static inline ahrs_quat ahrs_quat_exp_large(ahrs_vec3 v) {
-    const ahrs_real half = AHRS_C(0.5) * ahrs_vec3_norm(v);
-    ahrs_real sine, cosine;
-    ahrs_sincos(half, &sine, &cosine);
-    const ahrs_real k = AHRS_C(0.5) * sine / half;
-    return (ahrs_quat){cosine, k * v.x, k * v.y, k * v.z};
+/* cos(n/2) and sin(n/2)/n of a rotation vector whose length n has the square n2. */
+AHRS_INLINE void ahrs_half_angle(ahrs_real n2, ahrs_real *cosine, ahrs_real *sinc) {
+    if (AHRS_UNLIKELY(n2 > AHRS_C(0.01))) {
+        const ahrs_real n = ahrs_sqrt(n2);
+        ahrs_real s, c;
+        ahrs_sincos(AHRS_C(0.5) * n, &s, &c);
+        *cosine = c;
+        *sinc = s / n;
+    } else {
+        /* The rotation of one sample seldom exceeds 0.1 rad: the series are short. */
+        const ahrs_real n4 = n2 * n2;
+        *cosine = (1 - n2 * (AHRS_C(1.0) / 8)) + n4 * (AHRS_C(1.0) / 384 - n2 * (AHRS_C(1.0) / 46080));
+        *sinc = (AHRS_C(0.5) - n2 * (AHRS_C(1.0) / 48)) + n4 * (AHRS_C(1.0) / 3840 - n2 * (AHRS_C(1.0) / 645120));
+    }
 }
 
-static inline ahrs_quat ahrs_quat_exp(ahrs_vec3 v) {
-    const ahrs_real x2 = AHRS_C(0.25) * ahrs_vec3_norm2(v);
-    if (x2 > AHRS_C(0.01)) {
-        return ahrs_quat_exp_large(v);
-    }
-    /* The rotation of one sample seldom exceeds 0.2 rad: the series are short. */
-    const ahrs_real x4 = x2 * x2;
-    const ahrs_real cosine = (1 - AHRS_C(0.5) * x2) + x4 * (AHRS_C(0.041666666666666664) - AHRS_C(0.001388888888888889) * x2 +
-                                                            AHRS_C(2.48015873015873e-05) * x4);
-    const ahrs_real k = (AHRS_C(0.5) - AHRS_C(0.08333333333333333) * x2) +
-                        x4 * (AHRS_C(0.004166666666666667) - AHRS_C(9.92063492063492e-05) * x2 +
-                              AHRS_C(1.3778659611992945e-06) * x4);
-    return (ahrs_quat){cosine, k * v.x, k * v.y, k * v.z};
+/* Rotation vector to quaternion: [cos(|v|/2), sin(|v|/2) v/|v|]. */
+AHRS_INLINE ahrs_quat ahrs_quat_exp(ahrs_vec3 v) {
+    ahrs_real c, k;
+    ahrs_half_angle(ahrs_vec3_norm2(v), &c, &k);
+    return (ahrs_quat){c, k * v.x, k * v.y, k * v.z};
+}
+
+/* q exp(v), the attitude q after the body has turned by v. The product of q and the vector, [0, v], does not wait for
+ * the series. */
+AHRS_INLINE ahrs_quat ahrs_quat_turn(ahrs_quat q, ahrs_vec3 v) {
+    ahrs_real c, k;
+    ahrs_half_angle(ahrs_vec3_norm2(v), &c, &k);
+    return (ahrs_quat){c * q.w - k * (q.x * v.x + q.y * v.y + q.z * v.z),
+                       c * q.x + k * (q.w * v.x + q.y * v.z - q.z * v.y),
+                       c * q.y + k * (q.w * v.y + q.z * v.x - q.x * v.z),
+                       c * q.z + k * (q.w * v.z + q.x * v.y - q.y * v.x)};
 }
 
 /* Quaternion to the shortest rotation vector. */
@@ -91,21 +103,21 @@ static inline ahrs_vec3 ahrs_quat_log(ahrs_quat q) {
 
 /* The rows of C_nb: the navigation axes seen in body axes. */
 static inline ahrs_vec3 ahrs_quat_north(ahrs_quat q) {
-    return (ahrs_vec3){q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z, 2 * (q.x * q.y - q.w * q.z),
+    return (ahrs_vec3){(q.w * q.w + q.x * q.x) - (q.y * q.y + q.z * q.z), 2 * (q.x * q.y - q.w * q.z),
                        2 * (q.x * q.z + q.w * q.y)};
 }
 
 static inline ahrs_vec3 ahrs_quat_east(ahrs_quat q) {
-    return (ahrs_vec3){2 * (q.x * q.y + q.w * q.z), q.w * q.w - q.x * q.x + q.y * q.y - q.z * q.z,
+    return (ahrs_vec3){2 * (q.x * q.y + q.w * q.z), (q.w * q.w - q.x * q.x) + (q.y * q.y - q.z * q.z),
                        2 * (q.y * q.z - q.w * q.x)};
 }
 
 static inline ahrs_vec3 ahrs_quat_down(ahrs_quat q) {
     return (ahrs_vec3){2 * (q.x * q.z - q.w * q.y), 2 * (q.y * q.z + q.w * q.x),
-                       q.w * q.w - q.x * q.x - q.y * q.y + q.z * q.z};
+                       (q.w * q.w - q.x * q.x) - (q.y * q.y - q.z * q.z)};
 }
 
-static inline ahrs_mat3 ahrs_quat_to_mat3(ahrs_quat q) {
+AHRS_INLINE ahrs_mat3 ahrs_quat_to_mat3(ahrs_quat q) {
     return (ahrs_mat3){{ahrs_quat_north(q), ahrs_quat_east(q), ahrs_quat_down(q)}};
 }
 
@@ -116,26 +128,32 @@ static inline ahrs_vec3 ahrs_quat_rotate_back(ahrs_quat q, ahrs_vec3 v) {
     return ahrs_mat3_apply_transposed(ahrs_quat_to_mat3(q), v);
 }
 
-/* From a rotation matrix; the largest component is the pivot, so that no division is by a small number. */
+/* From a rotation matrix, whose entries give four times the products of one component with all of them. That
+ * component, half the root of the pivot, is the largest one: no division is by a small number. */
 static inline ahrs_quat ahrs_quat_from_mat3(ahrs_mat3 c) {
     const ahrs_vec3 *r = c.row;
     ahrs_quat q;
+    ahrs_real pivot;
     if (r[0].x + r[1].y + r[2].z > 0) {
-        q = (ahrs_quat){1 + r[0].x + r[1].y + r[2].z, r[2].y - r[1].z, r[0].z - r[2].x, r[1].x - r[0].y};
+        pivot = 1 + r[0].x + r[1].y + r[2].z;
+        q = (ahrs_quat){pivot, r[2].y - r[1].z, r[0].z - r[2].x, r[1].x - r[0].y};
     } else if (r[0].x >= r[1].y && r[0].x >= r[2].z) {
-        q = (ahrs_quat){r[2].y - r[1].z, 1 + r[0].x - r[1].y - r[2].z, r[1].x + r[0].y, r[0].z + r[2].x};
+        pivot = 1 + r[0].x - r[1].y - r[2].z;
+        q = (ahrs_quat){r[2].y - r[1].z, pivot, r[1].x + r[0].y, r[0].z + r[2].x};
     } else if (r[1].y >= r[2].z) {
-        q = (ahrs_quat){r[0].z - r[2].x, r[1].x + r[0].y, 1 - r[0].x + r[1].y - r[2].z, r[2].y + r[1].z};
+        pivot = 1 - r[0].x + r[1].y - r[2].z;
+        q = (ahrs_quat){r[0].z - r[2].x, r[1].x + r[0].y, pivot, r[2].y + r[1].z};
     } else {
-        q = (ahrs_quat){r[1].x - r[0].y, r[0].z + r[2].x, r[2].y + r[1].z, 1 - r[0].x - r[1].y + r[2].z};
+        pivot = 1 - r[0].x - r[1].y + r[2].z;
+        q = (ahrs_quat){r[1].x - r[0].y, r[0].z + r[2].x, r[2].y + r[1].z, pivot};
     }
-    return ahrs_quat_unit(q);
+    return ahrs_quat_scale(q, AHRS_C(0.5) / pivot * ahrs_sqrt(pivot));
 }
 
 /* Roll, pitch and yaw, z-y-x order (docs/algorithms.md section 0). */
 static inline ahrs_vec3 ahrs_quat_to_euler(ahrs_quat q) {
     const ahrs_vec3 down = ahrs_quat_down(q);
-    const ahrs_real north_x = q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z;
+    const ahrs_real north_x = (q.w * q.w + q.x * q.x) - (q.y * q.y + q.z * q.z);
     /* The arc tangent keeps its accuracy at 90 deg of pitch, where the arc sine loses half of the digits. */
     const ahrs_real level = ahrs_sqrt(down.y * down.y + down.z * down.z);
     return (ahrs_vec3){ahrs_atan2(down.y, down.z), ahrs_atan2(-down.x, level),

@@ -102,7 +102,7 @@ static inline ahrs_real ahrs_exp_decay(ahrs_real x) {
     const ahrs_real r = (x - n * AHRS_LN2_1) - n * AHRS_LN2_2;
     ahrs_real y = 1;
     for (int32_t i = 15; i > 0; i--) {
-        y = 1 - y * r / (ahrs_real)i;
+        y = 1 - y * (r * (1 / (ahrs_real)i));
     }
     for (int32_t i = 0; i < k; i++) {
         y *= AHRS_C(0.5);

@@ -39,14 +39,15 @@ typedef struct {
     ahrs_vec3 force; /* m/s2, the accelerometer as read */
     ahrs_vec3 accel; /* m/s2, without the motion acceleration where that is compensated */
     ahrs_vec3 mag;   /* T */
+    ahrs_vec3 motion; /* m/s2, expected motion acceleration; only where it is compensated or not measured */
     bool force_usable, accel_usable, mag_usable;
     ahrs_real dt;      /* s, of the prediction */
     ahrs_real gain_dt; /* s, of the correction: 0 after a gap */
 } ahrs_sample;
 
 /* Forward-left-up to forward-right-down, and back. */
-static inline ahrs_vec3 ahrs_swap_body(int32_t frame, ahrs_vec3 v) {
-    return frame == AHRS_FRAME_ENU ? (ahrs_vec3){v.x, -v.y, -v.z} : v;
+AHRS_INLINE ahrs_vec3 ahrs_swap_body(int32_t frame, ahrs_vec3 v) {
+    return AHRS_UNLIKELY(frame == AHRS_FRAME_ENU) ? (ahrs_vec3){v.x, -v.y, -v.z} : v;
 }
 
 /* North-east-down with forward-right-down to east-north-up with forward-left-up, and back: two half turns. */
@@ -74,8 +75,8 @@ static inline ahrs_quat ahrs_from_output_frame(const ahrs_estimator_params *p, a
 
 /* Whether the angle between field and vertical leaves a heading; never for a zero field. */
 static inline bool ahrs_has_horizontal_part(ahrs_vec3 mag, ahrs_vec3 vertical) {
-    return ahrs_vec3_norm2(ahrs_vec3_cross(vertical, mag)) >
-           AHRS_MAG_SINE * AHRS_MAG_SINE * (ahrs_vec3_norm2(vertical) * ahrs_vec3_norm2(mag));
+    const ahrs_real along = ahrs_vec3_dot(vertical, mag);
+    return along * along < (1 - AHRS_MAG_SINE * AHRS_MAG_SINE) * (ahrs_vec3_norm2(vertical) * ahrs_vec3_norm2(mag));
 }
 
 /* Attitude from specific force and field, accelerometer first, exact for all attitudes (docs/algorithms.md
@@ -91,55 +92,36 @@ static inline ahrs_quat ahrs_attitude_of(ahrs_vec3 force, ahrs_vec3 mag) {
     return ahrs_quat_from_euler((ahrs_vec3){roll, pitch, 0});
 }
 
-/* Puts the low-pass behind the accelerometer. A sample that is missing ends it; the next usable one begins it anew. */
-static inline void ahrs_smooth_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_sample *z) {
-    if (!z->force_usable) {
-        s->conditions &= ~AHRS_SMOOTHS_FORCE;
-        return;
-    }
-    const ahrs_real least = AHRS_ACCEL_LEAST * p->gravity;
-    z->force = ahrs_smooth_force(s, p, z->force, z->dt);
-    z->force_usable = ahrs_vec3_norm2(z->force) > least * least;
-}
-
-/* Takes the gyroscope's zero out of the sample; true when it has just become known. */
-static inline bool ahrs_remove_gyro_zero(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_sample *z) {
-    if (ahrs_condition(s, AHRS_GYRO_HELD)) {
-        return false;
-    }
-    const bool learned = !ahrs_condition(s, AHRS_HAS_GYRO_ZERO) && z->force_usable &&
-                         ahrs_learn_gyro_zero(s, p, z->rate, ahrs_vec3_norm(z->force));
-    z->rate = ahrs_vec3_sub(z->rate, ahrs_gyro_zero(s));
-    ahrs_vec3_to(s->gyro, z->rate);
-    return learned;
-}
-
 /* Reads one sample: which parts are usable by themselves, and all of it in inner axes. Comparisons of squared norms
  * fail for NaN and infinity. */
 AHRS_INLINE ahrs_sample ahrs_read_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p,
                                          const ahrs_estimator_inputs *u, ahrs_real dt) {
     ahrs_sample z = {.dt = dt, .gain_dt = dt > AHRS_LONGEST_STEP ? 0 : dt};
-    const ahrs_vec3 gyro = ahrs_vec3_of(u->gyro), accel = ahrs_vec3_of(u->accel), mag = ahrs_vec3_of(u->mag);
+    const ahrs_vec3 gyro = ahrs_swap_body(p->frame, ahrs_vec3_of(u->gyro));
+    const ahrs_vec3 accel = ahrs_swap_body(p->frame, ahrs_vec3_of(u->accel));
+    const ahrs_vec3 mag = ahrs_swap_body(p->frame, ahrs_calibrated_mag(p, u->mag));
     if (ahrs_vec3_norm2(gyro) <= AHRS_GYRO_LIMIT * AHRS_GYRO_LIMIT) {
-        z.rate = ahrs_swap_body(p->frame, gyro);
+        z.rate = gyro;
         ahrs_vec3_to(s->gyro, z.rate);
     } else {
         z.rate = ahrs_vec3_of(s->gyro);
         s->conditions |= AHRS_GYRO_HELD;
     }
     const ahrs_real least = AHRS_ACCEL_LEAST * p->gravity;
-    const ahrs_real force2 = ahrs_vec3_norm2(accel);
+    const ahrs_real force2 = ahrs_vec3_norm2(accel), mag2 = ahrs_vec3_norm2(mag);
     if (u->accel_valid && force2 > least * least && force2 <= AHRS_ACCEL_LIMIT * AHRS_ACCEL_LIMIT) {
-        z.force = ahrs_swap_body(p->frame, accel);
+        z.force = accel;
         z.force_usable = true;
     }
-    if (p->accel_cutoff > 0) {
-        ahrs_smooth_sample(s, p, &z);
+    if (AHRS_UNLIKELY(p->accel_cutoff > 0)) {
+        z.force = ahrs_smooth_force(s, p, accel, z.force_usable, dt);
+        z.force_usable = ahrs_vec3_norm2(z.force) > least * least;
     }
-    if (u->mag_valid && ahrs_vec3_norm2(mag) <= AHRS_MAG_LIMIT * AHRS_MAG_LIMIT) {
-        z.mag = ahrs_swap_body(p->frame, ahrs_calibrated_mag(p, mag));
-        const ahrs_vec3 vertical = z.force_usable ? z.force : ahrs_quat_down(ahrs_quat_of(s->q));
-        z.mag_usable = ahrs_vec3_norm2(mag) > 0 && ahrs_has_horizontal_part(z.mag, vertical);
+    const ahrs_real field2 = s->field[0] * s->field[0] + s->field[1] * s->field[1]; /* 0 until it is known */
+    if (u->mag_valid && mag2 > AHRS_MAG_LEAST * AHRS_MAG_LEAST * field2 && mag2 <= AHRS_MAG_LIMIT * AHRS_MAG_LIMIT) {
+        z.mag = mag;
+        z.mag_usable = z.force_usable ? ahrs_has_horizontal_part(mag, z.force)
+                                      : ahrs_has_horizontal_part(mag, ahrs_quat_down(ahrs_quat_of(s->q)));
     }
     return z;
 }
@@ -192,18 +174,30 @@ static inline bool ahrs_initialise_from_sensors(ahrs_estimator_state *s, const a
     return s->elapsed >= p->init_time;
 }
 
+/* The motion acceleration: what the accelerometer reads beyond gravity. */
+AHRS_INLINE ahrs_vec3 ahrs_motion(const ahrs_estimator_state *s, const ahrs_estimator_params *p) {
+    return ahrs_vec3_add_scaled(ahrs_vec3_of(s->force), p->gravity, ahrs_quat_down(ahrs_quat_of(s->q)));
+}
+
+/* Keeps the force that makes this motion acceleration at the present attitude. */
+AHRS_INLINE void ahrs_set_motion(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 motion) {
+    ahrs_vec3_to(s->force, ahrs_vec3_add_scaled(motion, -p->gravity, ahrs_quat_down(ahrs_quat_of(s->q))));
+}
+
 static inline void ahrs_start(ahrs_estimator_state *s, const ahrs_estimator_params *p, const ahrs_sample *z) {
-    const ahrs_vec3 down = ahrs_quat_down(ahrs_quat_of(s->q));
     s->conditions |= AHRS_HAS_ATTITUDE;
     ahrs_learn_field(s, p, z->mag_usable ? z->mag : (ahrs_vec3){0, 0, 0});
-    ahrs_vec3_to(s->motion_accel,
-                 z->force_usable ? ahrs_vec3_add_scaled(z->force, p->gravity, down) : (ahrs_vec3){0, 0, 0});
+    if (z->force_usable) {
+        ahrs_vec3_to(s->force, z->force);
+    } else {
+        ahrs_set_motion(s, p, (ahrs_vec3){0, 0, 0});
+    }
     ahrs_set_condition(s, AHRS_ACCEL_USED, z->force_usable);
     ahrs_set_condition(s, AHRS_MAG_USED, z->mag_usable);
 }
 
 /* Whether the accelerometer is so far from gravity that it is ignored, for a limited time. */
-static inline bool ahrs_is_gated(ahrs_estimator_state *s, const ahrs_estimator_params *p, const ahrs_sample *z) {
+AHRS_INLINE bool ahrs_is_gated(ahrs_estimator_state *s, const ahrs_estimator_params *p, const ahrs_sample *z) {
     if (ahrs_abs(ahrs_vec3_norm(z->force) - p->gravity) <= p->accel_gate) {
         s->gated = 0;
         return false;
@@ -222,31 +216,42 @@ static inline void ahrs_align_heading(ahrs_estimator_state *s, ahrs_vec3 mag) {
     s->conditions |= AHRS_HAS_HEADING;
 }
 
+/* Takes heading and reference field, what of them is missing, from a sample; true if the attitude was turned. */
+static inline bool ahrs_take_up_field(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 mag) {
+    const bool turn = !ahrs_condition(s, AHRS_HAS_HEADING);
+    if (turn) {
+        ahrs_align_heading(s, mag);
+    }
+    if (!ahrs_condition(s, AHRS_HAS_FIELD)) {
+        ahrs_learn_field(s, p, mag);
+    }
+    return turn;
+}
+
 /* The part of a sample that needs an attitude: reference field, gating, motion compensation. */
 AHRS_INLINE ahrs_action ahrs_prepare_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_sample *z) {
-    const bool turn = z->mag_usable && !ahrs_condition(s, AHRS_HAS_HEADING);
-    if (turn) {
-        ahrs_align_heading(s, z->mag);
+    bool turn = false;
+    const int32_t known = AHRS_HAS_HEADING | AHRS_HAS_FIELD;
+    if (AHRS_UNLIKELY(z->mag_usable && (s->conditions & known) != known)) {
+        const ahrs_vec3 mag = z->mag; /* a copy, so that the sample may stay in registers */
+        turn = ahrs_take_up_field(s, p, mag);
     }
-    if (z->mag_usable && !ahrs_condition(s, AHRS_HAS_FIELD)) {
-        ahrs_learn_field(s, p, z->mag);
-    }
-    const ahrs_real least2 =
-        AHRS_MAG_LEAST * AHRS_MAG_LEAST * (s->field[0] * s->field[0] + s->field[1] * s->field[1]);
-    z->mag_usable = z->mag_usable && ahrs_vec3_norm2(z->mag) > least2;
     z->accel_usable = z->force_usable && !(p->accel_gating && ahrs_is_gated(s, p, z));
     z->accel = z->force;
-    if (p->motion_compensation) {
-        const ahrs_real kept = ahrs_exp_decay(z->dt / p->motion_time_constant);
-        const ahrs_vec3 motion = ahrs_vec3_scale(ahrs_vec3_of(s->motion_accel), kept);
-        z->accel = ahrs_vec3_sub(z->force, motion);
-        z->accel_usable = z->accel_usable && ahrs_vec3_norm2(z->accel) > 0;
-        if (!z->force_usable) {
-            ahrs_vec3_to(s->motion_accel, motion);
-        }
+    if (p->motion_compensation || !z->force_usable) {
+        z->motion = ahrs_motion(s, p);
     }
-    ahrs_set_condition(s, AHRS_ACCEL_USED, z->accel_usable && z->gain_dt > 0);
-    ahrs_set_condition(s, AHRS_MAG_USED, z->mag_usable && z->gain_dt > 0);
+    if (p->motion_compensation) {
+        z->motion = ahrs_vec3_scale(z->motion, ahrs_exp_decay(z->dt / p->motion_time_constant));
+        z->accel = ahrs_vec3_sub(z->force, z->motion);
+        z->accel_usable = z->accel_usable && ahrs_vec3_norm2(z->accel) > 0;
+    }
+    if (z->force_usable) {
+        ahrs_vec3_to(s->force, z->force);
+    }
+    const bool correcting = z->gain_dt > 0;
+    s->conditions |= (z->accel_usable && correcting ? AHRS_ACCEL_USED : 0) |
+                     (z->mag_usable && correcting ? AHRS_MAG_USED : 0);
     return turn ? AHRS_TURN : AHRS_RUN;
 }
 
@@ -254,24 +259,9 @@ static inline void ahrs_estimator_init(ahrs_estimator_state *s) {
     *s = (ahrs_estimator_state){.q = {1, 0, 0, 0}};
 }
 
-/* Takes in one sample and tells the estimator what to do with it. */
-AHRS_INLINE ahrs_action ahrs_estimator_begin(ahrs_estimator_state *s, const ahrs_estimator_params *p,
-                                             const ahrs_estimator_inputs *u, ahrs_real dt, ahrs_sample *z) {
-    if (!(dt >= 0 && ahrs_is_finite(dt))) {
-        s->conditions |= AHRS_STEP_REJECTED;
-        return AHRS_WAIT;
-    }
-    const bool has_attitude = ahrs_condition(s, AHRS_HAS_ATTITUDE);
-    if (has_attitude && !(dt > 0)) {
-        return AHRS_WAIT;
-    }
-    s->conditions &= ~AHRS_MOMENTARY;
-    *z = ahrs_read_sample(s, p, u, dt);
-    const bool zeroed = p->gyro_zero_samples > 0 && ahrs_remove_gyro_zero(s, p, z);
-    if (has_attitude) {
-        const ahrs_action action = ahrs_prepare_sample(s, p, z);
-        return zeroed ? AHRS_START : action;
-    }
+/* The first attitude, as soon as there is one. */
+static inline ahrs_action ahrs_initialise(ahrs_estimator_state *s, const ahrs_estimator_params *p,
+                                          const ahrs_sample *z) {
     if (p->initialisation == AHRS_INITIALISATION_GIVEN) {
         ahrs_quat_to(s->q, ahrs_from_output_frame(p, ahrs_quat_unit(ahrs_quat_of(p->q0))));
         s->conditions |= AHRS_HAS_HEADING;
@@ -282,21 +272,54 @@ AHRS_INLINE ahrs_action ahrs_estimator_begin(ahrs_estimator_state *s, const ahrs
     return AHRS_START;
 }
 
+/* Takes in one sample and tells the estimator what to do with it. */
+AHRS_INLINE ahrs_action ahrs_estimator_begin(ahrs_estimator_state *s, const ahrs_estimator_params *p,
+                                             const ahrs_estimator_inputs *u, ahrs_real dt, ahrs_sample *z) {
+    const bool has_attitude = ahrs_condition(s, AHRS_HAS_ATTITUDE);
+    if (AHRS_UNLIKELY(!(dt > 0 && dt <= AHRS_REAL_MAX))) {
+        if (dt != 0) {
+            s->conditions |= AHRS_STEP_REJECTED;
+            return AHRS_WAIT;
+        }
+        if (has_attitude) {
+            return AHRS_WAIT;
+        }
+    }
+    s->conditions &= ~AHRS_MOMENTARY;
+    *z = ahrs_read_sample(s, p, u, dt);
+    bool zeroed = false;
+    if (AHRS_UNLIKELY(p->gyro_zero_samples > 0 && !ahrs_condition(s, AHRS_GYRO_HELD))) {
+        zeroed = z->force_usable && ahrs_learn_gyro_zero(s, p, z->rate, ahrs_vec3_norm(z->force));
+        z->rate = ahrs_vec3_sub(z->rate, ahrs_gyro_zero(s));
+        ahrs_vec3_to(s->gyro, z->rate);
+    }
+    if (AHRS_UNLIKELY(!has_attitude)) {
+        const ahrs_sample first = *z; /* a copy, so that the sample itself may stay in registers */
+        return ahrs_initialise(s, p, &first);
+    }
+    const ahrs_action action = ahrs_prepare_sample(s, p, z);
+    return zeroed ? AHRS_START : action;
+}
+
 /* Takes over the attitude after a sample, a unit quaternion; one that has lost its meaning is initialised anew. */
 AHRS_INLINE void ahrs_estimator_end(ahrs_estimator_state *s, const ahrs_estimator_params *p, const ahrs_sample *z,
                                     ahrs_quat q) {
-    const ahrs_real norm2 = ahrs_quat_dot(q, q);
-    if (!(norm2 > AHRS_C(0.5) && norm2 < AHRS_C(2.0))) {
-        ahrs_estimator_init(s);
-        return;
-    }
     ahrs_quat next = q;
-    if (AHRS_UNLIKELY(ahrs_quat_dot(q, ahrs_quat_of(s->q)) < 0)) {
-        next = ahrs_quat_negate(q);
+    /* The cosine of half the angle turned within the sample: near one, unless q has changed its sign or is lost. */
+    const ahrs_real along = ahrs_quat_dot(q, ahrs_quat_of(s->q));
+    if (AHRS_UNLIKELY(!(along > AHRS_C(0.75) && along < AHRS_C(1.25)))) {
+        const ahrs_real norm2 = ahrs_quat_dot(q, q);
+        if (!(norm2 > AHRS_C(0.5) && norm2 < AHRS_C(2.0))) {
+            ahrs_estimator_init(s);
+            return;
+        }
+        if (along < 0) {
+            next = ahrs_quat_negate(q);
+        }
     }
     ahrs_quat_to(s->q, next);
-    if (z->force_usable) {
-        ahrs_vec3_to(s->motion_accel, ahrs_vec3_add_scaled(z->force, p->gravity, ahrs_quat_down(next)));
+    if (AHRS_UNLIKELY(!z->force_usable)) {
+        ahrs_set_motion(s, p, z->motion);
     }
 }
 
@@ -336,7 +359,8 @@ static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const a
     y->yaw = euler.z;
     ahrs_vec3_to(y->rate, ahrs_swap_body(p->frame, ahrs_vec3_sub(ahrs_vec3_of(s->gyro), bias)));
     ahrs_vec3_to(y->gyro_bias, ahrs_swap_body(p->frame, ahrs_vec3_add(bias, ahrs_gyro_zero(s))));
-    ahrs_vec3_to(y->motion_accel, ahrs_swap_body(p->frame, ahrs_vec3_of(s->motion_accel)));
+    const ahrs_vec3 motion = ahrs_condition(s, AHRS_HAS_ATTITUDE) ? ahrs_motion(s, p) : (ahrs_vec3){0, 0, 0};
+    ahrs_vec3_to(y->motion_accel, ahrs_swap_body(p->frame, motion));
     y->status = ahrs_status_of(s);
     y->gyro_held = ahrs_condition(s, AHRS_GYRO_HELD);
     y->accel_used = ahrs_condition(s, AHRS_ACCEL_USED);

@@ -14,16 +14,22 @@
 /* Of the cut-off period: after a longer step the low-pass begins anew. The parameters leave it below 0.4. */
 #define AHRS_LOWPASS_STEP AHRS_C(0.45)
 
-/* Takes hard iron and the unequal sensitivity of the axes out; both are in the axes of the user. */
-static inline ahrs_vec3 ahrs_calibrated_mag(const ahrs_estimator_params *p, ahrs_vec3 mag) {
-    return (ahrs_vec3){(mag.x - p->mag_offset[0]) * p->mag_scale[0], (mag.y - p->mag_offset[1]) * p->mag_scale[1],
-                       (mag.z - p->mag_offset[2]) * p->mag_scale[2]};
+/* Hard iron and the unequal sensitivity of the axes taken out, in the axes of the user. No measurement, which is zero or
+ * not a number, stays one. */
+AHRS_INLINE ahrs_vec3 ahrs_calibrated_mag(const ahrs_estimator_params *p, const ahrs_real mag[3]) {
+    const bool measured = mag[0] != 0 || mag[1] != 0 || mag[2] != 0;
+    const ahrs_vec3 m = {(mag[0] - p->mag_offset[0]) * p->mag_scale[0], (mag[1] - p->mag_offset[1]) * p->mag_scale[1],
+                         (mag[2] - p->mag_offset[2]) * p->mag_scale[2]};
+    return measured ? m : (ahrs_vec3){0, 0, 0};
 }
 
-/* Takes one rate and the magnitude of the specific force into the means over a rest; true when the zero becomes known.
- * A rest whose noise, force or mean rate is not that of a vehicle at rest is dropped, and the next one is tried. */
+/* Takes one rate and the magnitude of the specific force into the means over a rest, until the zero is known; true when
+ * it becomes so. A rest whose noise, force or mean rate is not that of a vehicle at rest is dropped for the next one. */
 static inline bool ahrs_learn_gyro_zero(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 rate,
                                         ahrs_real force) {
+    if (ahrs_condition(s, AHRS_HAS_GYRO_ZERO)) {
+        return false;
+    }
     if (s->zero_count == 0) {
         ahrs_vec3_to(s->gyro_zero, rate);
         s->gyro_spread = 0;
@@ -51,15 +57,20 @@ static inline ahrs_vec3 ahrs_gyro_zero(const ahrs_estimator_state *s) {
     return ahrs_condition(s, AHRS_HAS_GYRO_ZERO) ? ahrs_vec3_of(s->gyro_zero) : (ahrs_vec3){0, 0, 0};
 }
 
-/* Second-order Butterworth low-pass by the trapezoidal rule, warped so that the cut-off is exact; it begins at rest in
- * the first sample. Its two states keep their meaning when the step changes. */
+/* Second-order Butterworth low-pass by the trapezoidal rule, warped so that the cut-off is exact. Its two states keep
+ * their meaning when the step changes. It begins at rest in the first sample, and anew after one that is not usable;
+ * the result is zero then. */
 static inline ahrs_vec3 ahrs_smooth_force(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 force,
-                                          ahrs_real dt) {
+                                          bool usable, ahrs_real dt) {
     const ahrs_real turns = p->accel_cutoff * dt;
-    if (!ahrs_condition(s, AHRS_SMOOTHS_FORCE) || turns > AHRS_LOWPASS_STEP) {
+    const bool begins = !ahrs_condition(s, AHRS_SMOOTHS_FORCE) || turns > AHRS_LOWPASS_STEP;
+    ahrs_set_condition(s, AHRS_SMOOTHS_FORCE, usable);
+    if (!usable) {
+        return (ahrs_vec3){0, 0, 0};
+    }
+    if (begins) {
         ahrs_vec3_to(s->force_low, force);
         ahrs_vec3_to(s->force_band, (ahrs_vec3){0, 0, 0});
-        s->conditions |= AHRS_SMOOTHS_FORCE;
         return force;
     }
     ahrs_real sine, cosine;

@@ -85,7 +85,7 @@ typedef struct {
 typedef struct {
     ahrs_real q[4]; /* Attitude, body (forward-right-down) to magnetic north-east-down [1] */
     ahrs_real gyro[3]; /* Last usable rate [rad/s] */
-    ahrs_real motion_accel[3]; /* Estimated motion acceleration, body axes [m/s2] */
+    ahrs_real force[3]; /* Last usable specific force; without one, the force that keeps the motion acceleration [m/s2] */
     ahrs_real field[2]; /* Reference field: horizontal and downward part [T] */
     ahrs_real accel_sum[3]; /* Sum of the accelerometer samples that initialise the attitude [m/s2] */
     ahrs_real mag_sum[3]; /* Sum of the magnetometer samples that initialise the attitude [T] */

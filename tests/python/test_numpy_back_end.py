@@ -43,7 +43,22 @@ OWN_OPTIONS: dict[str, dict[str, dict[str, object]]] = {
         "noisy": {"accel_distrust": 5.0, "motion_compensation": True, "motion_noise": 2.0, "gyro_noise": 0.03}
     },
     "mahony_ekf": {"printed": {"bias_feed": False, "attitude_noise": 0.01}},
+    "mekf": {
+        "small bias limit": {"bias_limit": 0.01},
+        "overconfident": {"accel_noise": 1e-3, "mag_noise": 1e-8, "gyro_noise": 1e-3},
+        "noisy motion": {"motion_compensation": True, "motion_noise": 2.0, "gyro_bias_noise": 1e-3},
+    },
     "cg_ekf": {"many iterations": {"iterations": 12}, "one iteration": {"iterations": 1}},
+    "kcf": {
+        "spread": {"spread": True},
+        "plain, six axes": {"refine": False, "use_mag": False},
+        "momentary gyroscope": {"gyro_sampling": "instant", "profile": "multirotor"},
+        "custom time, calibrated": {
+            "profile": "custom",
+            "accel_time_constant": 1.0,
+            "uncalibrated_odds": 0.0,
+        },
+    },
 }
 
 # The common part is the same code in every filter: its options run in one of them, in all when slow.

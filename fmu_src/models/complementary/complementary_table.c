@@ -148,7 +148,7 @@ static void update(void *data, ahrs_real dt) {
     ahrs_complementary_update(&i->state, &i->params, &i->inputs, dt);
 }
 
-static void outputs(void *data) {
+static void compute_outputs(void *data) {
     instance *i = data;
     ahrs_complementary_outputs(&i->state, &i->params, &i->outputs);
 }
@@ -159,4 +159,4 @@ const fmu_model ahrs_complementary_model = {
     offsetof(instance, params.common.sample_time), 0.01,
     variables, sizeof variables / sizeof variables[0],
     limits, sizeof limits / sizeof limits[0],
-    defaults, init, update, outputs};
+    defaults, init, update, compute_outputs};

@@ -10,12 +10,10 @@ typedef struct {
     ahrs_mat3 c;
 } attitude;
 
-/* The axes that errors are formed with, seen from the body. */
-typedef struct {
-    ahrs_vec3 north, down;
-} nav_axes;
-
 enum { NORTH, EAST, DOWN };
+
+/* From one stored row to the next: vector leaves out east. */
+AHRS_INLINE int32_t row_step(int32_t realisation) { return realisation == AHRS_GCF_REALISATION_VECTOR ? 2 : 1; }
 
 AHRS_INLINE bool has_axes(int32_t realisation) {
     return realisation == AHRS_GCF_REALISATION_VECTOR || realisation == AHRS_GCF_REALISATION_DCM;
@@ -32,7 +30,7 @@ AHRS_INLINE attitude attitude_from(int32_t realisation, ahrs_quat q) {
 AHRS_INLINE attitude load(const ahrs_gcf_state *s, int32_t realisation) {
     attitude a = {.realisation = realisation};
     if (has_axes(realisation)) {
-        for (int32_t i = NORTH; i <= DOWN; i++) {
+        for (int32_t i = NORTH; i <= DOWN; i += row_step(realisation)) {
             a.c.row[i] = ahrs_vec3_of(&s->store[3 * i]);
         }
     } else if (realisation == AHRS_GCF_REALISATION_EULER) {
@@ -45,7 +43,7 @@ AHRS_INLINE attitude load(const ahrs_gcf_state *s, int32_t realisation) {
 
 AHRS_INLINE void store(ahrs_gcf_state *s, attitude a) {
     if (has_axes(a.realisation)) {
-        for (int32_t i = NORTH; i <= DOWN; i++) {
+        for (int32_t i = NORTH; i <= DOWN; i += row_step(a.realisation)) {
             ahrs_vec3_to(&s->store[3 * i], a.c.row[i]);
         }
     } else if (a.realisation == AHRS_GCF_REALISATION_EULER) {
@@ -53,76 +51,101 @@ AHRS_INLINE void store(ahrs_gcf_state *s, attitude a) {
     }
 }
 
-AHRS_INLINE ahrs_quat quaternion_of(attitude a) {
+/* The rows of the rotation matrix. */
+AHRS_INLINE ahrs_mat3 axes_of(attitude a) {
+    if (!has_axes(a.realisation)) {
+        return ahrs_quat_to_mat3(a.q);
+    }
     if (a.realisation == AHRS_GCF_REALISATION_VECTOR) {
         a.c.row[EAST] = ahrs_vec3_cross(a.c.row[DOWN], a.c.row[NORTH]);
     }
-    return has_axes(a.realisation) ? ahrs_quat_from_mat3(a.c) : a.q;
+    return a.c;
 }
 
-AHRS_INLINE nav_axes axes_of(attitude a) {
-    if (has_axes(a.realisation)) {
-        return (nav_axes){a.c.row[NORTH], a.c.row[DOWN]};
-    }
-    return (nav_axes){ahrs_quat_north(a.q), ahrs_quat_down(a.q)};
+AHRS_INLINE ahrs_quat quaternion_of(attitude a) {
+    return has_axes(a.realisation) ? ahrs_quat_from_mat3(axes_of(a)) : a.q;
 }
 
-/* Seen from the body, axes fixed in space turn backwards as the body turns by r. The two vectors are kept of unit length
- * and at right angles; down leads, because it is the better known. */
-static ahrs_mat3 rotated_vectors(ahrs_mat3 c, ahrs_quat r) {
-    const ahrs_vec3 down = ahrs_vec3_unit(ahrs_quat_rotate_back(r, c.row[DOWN]));
-    const ahrs_vec3 turned = ahrs_quat_rotate_back(r, c.row[NORTH]);
-    const ahrs_vec3 north = ahrs_vec3_unit(ahrs_vec3_add_scaled(turned, -ahrs_vec3_dot(turned, down), down));
-    return (ahrs_mat3){{north, c.row[EAST], down}};
-}
-
-/* C R(r), then one step C := (3 C - C C' C)/2 towards the nearest rotation matrix. */
-static ahrs_mat3 rotated_matrix(ahrs_mat3 c, ahrs_quat r) {
-    const ahrs_mat3 turned = ahrs_mat3_mul(c, ahrs_quat_to_mat3(r));
-    ahrs_mat3 refined;
-    for (int32_t i = NORTH; i <= DOWN; i++) {
-        const ahrs_vec3 back = ahrs_mat3_apply_transposed(turned, ahrs_mat3_apply(turned, turned.row[i]));
-        refined.row[i] = ahrs_vec3_add_scaled(ahrs_vec3_scale(turned.row[i], AHRS_C(1.5)), AHRS_C(-0.5), back);
-    }
-    return refined;
+/* Seen from the body, an axis fixed in space turns backwards as the body turns by v: u exp(-[v x]). */
+AHRS_INLINE ahrs_vec3 turned_back(ahrs_vec3 u, ahrs_vec3 v, ahrs_real sinc, ahrs_real versine) {
+    const ahrs_vec3 first = ahrs_vec3_cross(u, v), second = ahrs_vec3_cross(first, v);
+    return ahrs_vec3_add_scaled(ahrs_vec3_add_scaled(u, sinc, first), versine, second);
 }
 
 /* The attitude after the body has turned by the rotation vector v. */
 AHRS_INLINE attitude rotated(attitude a, ahrs_vec3 v) {
-    const ahrs_quat r = ahrs_quat_exp(v);
-    if (has_axes(a.realisation)) {
-        a.c = a.realisation == AHRS_GCF_REALISATION_DCM ? rotated_matrix(a.c, r) : rotated_vectors(a.c, r);
+    if (!has_axes(a.realisation)) {
+        a.q = ahrs_quat_turn(a.q, v);
+        return a;
+    }
+    ahrs_real c, k;
+    ahrs_half_angle(ahrs_vec3_norm2(v), &c, &k);
+    const ahrs_real sinc = 2 * k * c, versine = 2 * k * k; /* sin n/n and (1 - cos n)/n^2 */
+    a.c.row[NORTH] = turned_back(a.c.row[NORTH], v, sinc, versine);
+    if (a.realisation == AHRS_GCF_REALISATION_DCM) {
+        a.c.row[EAST] = turned_back(a.c.row[EAST], v, sinc, versine);
+    }
+    a.c.row[DOWN] = turned_back(a.c.row[DOWN], v, sinc, versine);
+    return a;
+}
+
+/* One step C := (3 C - C C' C)/2 towards the nearest rotation matrix. */
+static ahrs_mat3 refined_matrix(ahrs_mat3 c) {
+    ahrs_mat3 refined;
+    for (int32_t i = NORTH; i <= DOWN; i++) {
+        const ahrs_vec3 back = ahrs_mat3_apply_transposed(c, ahrs_mat3_apply(c, c.row[i]));
+        refined.row[i] = ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[i], AHRS_C(1.5)), AHRS_C(-0.5), back);
+    }
+    return refined;
+}
+
+/* Two vectors of unit length at right angles; down leads, because it is the better known. */
+AHRS_INLINE ahrs_mat3 refined_vectors(ahrs_mat3 c) {
+    const ahrs_vec3 north = c.row[NORTH], down = c.row[DOWN];
+    c.row[NORTH] = ahrs_vec3_add_scaled(ahrs_vec3_scale(north, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(north)),
+                                        -ahrs_vec3_dot(north, down), down);
+    c.row[DOWN] = ahrs_vec3_scale(down, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(down));
+    return c;
+}
+
+/* The rounding of rotations taken out, by one Newton step. */
+AHRS_INLINE attitude refined(attitude a) {
+    if (a.realisation == AHRS_GCF_REALISATION_DCM) {
+        a.c = refined_matrix(a.c);
+    } else if (a.realisation == AHRS_GCF_REALISATION_VECTOR) {
+        a.c = refined_vectors(a.c);
     } else {
-        a.q = ahrs_quat_mul(a.q, r);
+        a.q = ahrs_quat_refine(a.q);
     }
     return a;
 }
 
 /* Tilt from gravity, heading from the horizontal field: loop gain one on all axes. */
-AHRS_INLINE ahrs_vec3 decoupled_error(nav_axes n, const ahrs_sample *z) {
+AHRS_INLINE ahrs_vec3 decoupled_error(ahrs_mat3 c, const ahrs_sample *z) {
     ahrs_vec3 e = {0, 0, 0};
     if (z->accel_usable) {
-        e = ahrs_vec3_cross(n.down, ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
+        e = ahrs_vec3_cross(c.row[DOWN], ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
     }
     if (z->mag_usable) {
-        const ahrs_real x = ahrs_vec3_dot(n.north, z->mag);
-        const ahrs_real y = ahrs_vec3_dot(ahrs_vec3_cross(n.down, n.north), z->mag);
+        const ahrs_real x = ahrs_vec3_dot(c.row[NORTH], z->mag);
+        const ahrs_real y = ahrs_vec3_dot(c.row[EAST], z->mag);
         const ahrs_real norm2 = x * x + y * y;
-        if (norm2 > 0) {
-            e = ahrs_vec3_add_scaled(e, -y / ahrs_sqrt(norm2), n.down);
+        if (norm2 > 0) { /* y/norm, where quotient and root do not wait for each other */
+            e = ahrs_vec3_sub(e, ahrs_vec3_scale(c.row[DOWN], y / norm2 * ahrs_sqrt(norm2)));
         }
     }
     return e;
 }
 
 /* Both cross products, measured x expected, weighted: loop gain kg (I - gg') + kh (I - hh'). */
-static ahrs_vec3 coupled_error(const ahrs_gcf_state *s, const ahrs_gcf_params *p, nav_axes n, const ahrs_sample *z) {
+AHRS_INLINE ahrs_vec3 coupled_error(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_mat3 c,
+                                    const ahrs_sample *z) {
     ahrs_vec3 e = {0, 0, 0};
     if (z->accel_usable) {
-        e = ahrs_vec3_scale(ahrs_vec3_cross(n.down, ahrs_vec3_unit(z->accel)), p->kg);
+        e = ahrs_vec3_scale(ahrs_vec3_cross(c.row[DOWN], ahrs_vec3_unit(z->accel)), p->kg);
     }
     const ahrs_vec3 field =
-        ahrs_vec3_add_scaled(ahrs_vec3_scale(n.north, s->common.field[0]), s->common.field[1], n.down);
+        ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[NORTH], s->common.field[0]), s->common.field[1], c.row[DOWN]);
     if (z->mag_usable && ahrs_vec3_norm2(field) > 0) {
         const ahrs_vec3 cross = ahrs_vec3_cross(ahrs_vec3_unit(z->mag), ahrs_vec3_unit(field));
         e = ahrs_vec3_add_scaled(e, p->kh, cross);
@@ -133,24 +156,31 @@ static ahrs_vec3 coupled_error(const ahrs_gcf_state *s, const ahrs_gcf_params *p
 /* The rotation from the predicted attitude to the one that accelerometer and magnetometer show. Without a usable
  * magnetometer it is the shortest one that brings down to its measured direction. */
 static ahrs_vec3 attitude_error(attitude a, const ahrs_sample *z) {
-    const ahrs_vec3 predicted = axes_of(a).down;
+    const ahrs_mat3 c = axes_of(a);
     if (!z->accel_usable) {
-        return decoupled_error(axes_of(a), z);
+        return decoupled_error(c, z);
     }
     if (z->mag_usable) {
         return ahrs_quat_log(ahrs_quat_mul(ahrs_quat_conj(quaternion_of(a)), ahrs_attitude_of(z->accel, z->mag)));
     }
     const ahrs_vec3 measured = ahrs_vec3_unit(ahrs_vec3_negate(z->accel));
-    const ahrs_vec3 cross = ahrs_vec3_cross(measured, predicted);
+    const ahrs_vec3 cross = ahrs_vec3_cross(measured, c.row[DOWN]);
     const ahrs_real sine = ahrs_vec3_norm(cross);
-    return sine > 0 ? ahrs_vec3_scale(cross, ahrs_atan2(sine, ahrs_vec3_dot(measured, predicted)) / sine) : cross;
+    return sine > 0 ? ahrs_vec3_scale(cross, ahrs_atan2(sine, ahrs_vec3_dot(measured, c.row[DOWN])) / sine) : cross;
 }
 
 AHRS_INLINE ahrs_vec3 error_of(const ahrs_gcf_state *s, const ahrs_gcf_params *p, attitude a, const ahrs_sample *z) {
+    ahrs_vec3 e;
     if (p->form == AHRS_GCF_FORM_ATTITUDE) {
-        return attitude_error(a, z);
+        const attitude predicted = a; /* copies, so that the direct form may keep its own in registers */
+        const ahrs_sample sample = *z;
+        e = attitude_error(predicted, &sample);
+    } else if (p->error == AHRS_GCF_ERROR_COUPLED) {
+        e = coupled_error(s, p, axes_of(a), z);
+    } else {
+        e = decoupled_error(axes_of(a), z);
     }
-    return p->error == AHRS_GCF_ERROR_COUPLED ? coupled_error(s, p, axes_of(a), z) : decoupled_error(axes_of(a), z);
+    return e;
 }
 
 AHRS_INLINE ahrs_vec3 limited(ahrs_vec3 v, ahrs_real limit) {
@@ -163,23 +193,19 @@ void ahrs_gcf_init(ahrs_gcf_state *s, const ahrs_gcf_params *p) {
     ahrs_estimator_init(&s->common);
 }
 
-/* Rounding of a product of unit quaternions taken out; matrices and vectors are kept so by their rotation. */
-AHRS_INLINE attitude refined(attitude a) {
-    a.q = ahrs_quat_refine(a.q);
-    return a;
-}
-
 /* One prediction and one correction; the realisation is a constant wherever this is used. */
 AHRS_INLINE void step(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_sample *z, int32_t realisation) {
     const ahrs_real T = z->gain_dt;
     const ahrs_vec3 bias = ahrs_vec3_of(s->bias);
     const attitude predicted = rotated(load(s, realisation), ahrs_vec3_scale(ahrs_vec3_sub(z->rate, bias), z->dt));
     const ahrs_vec3 e = error_of(s, p, predicted, z);
-    const ahrs_vec3 drift = ahrs_vec3_add_scaled(ahrs_vec3_of(s->drift), T * p->kii, e);
-    const ahrs_vec3 slope = ahrs_vec3_add_scaled(drift, p->ki, e);
     const attitude corrected = rotated(refined(predicted), ahrs_vec3_scale(e, p->kp * T));
-
-    ahrs_vec3_to(s->drift, drift);
+    ahrs_vec3 slope = ahrs_vec3_scale(e, p->ki);
+    if (p->kii != 0) { /* of third order */
+        const ahrs_vec3 drift = ahrs_vec3_add_scaled(ahrs_vec3_of(s->drift), T * p->kii, e);
+        ahrs_vec3_to(s->drift, drift);
+        slope = ahrs_vec3_add(slope, drift);
+    }
     ahrs_vec3_to(s->bias, limited(ahrs_vec3_add_scaled(bias, -T, slope), p->bias_limit));
     store(s, corrected);
     ahrs_estimator_end(&s->common, &p->common, z, quaternion_of(corrected));

@@ -168,7 +168,7 @@ static void update(void *data, ahrs_real dt) {
     ahrs_mahony_update(&i->state, &i->params, &i->inputs, dt);
 }
 
-static void outputs(void *data) {
+static void compute_outputs(void *data) {
     instance *i = data;
     ahrs_mahony_outputs(&i->state, &i->params, &i->outputs);
 }
@@ -179,4 +179,4 @@ const fmu_model ahrs_mahony_model = {
     offsetof(instance, params.common.sample_time), 0.01,
     variables, sizeof variables / sizeof variables[0],
     limits, sizeof limits / sizeof limits[0],
-    defaults, init, update, outputs};
+    defaults, init, update, compute_outputs};

@@ -52,13 +52,13 @@ static const fmu_variable variables[] = {
     {"mag_offset", 224, 3, offsetof(instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
     {"mag_scale", 227, 3, offsetof(instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"bias_limit", 1003, 1, offsetof(instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
-    {"gyro_noise", 1040, 1, offsetof(instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
+    {"gyro_noise", 1040, 1, offsetof(instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, 0, 1e-07, 100.0},
     {"gyro_bias_noise", 1041, 1, offsetof(instance, params.gyro_bias_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
-    {"accel_noise", 1042, 1, offsetof(instance, params.accel_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 1000.0},
-    {"mag_noise", 1043, 1, offsetof(instance, params.mag_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 1.0},
+    {"accel_noise", 1042, 1, offsetof(instance, params.accel_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0001, 1000.0},
+    {"mag_noise", 1043, 1, offsetof(instance, params.mag_noise), FMU_REAL, FMU_TUNABLE, 0, 1e-09, 1.0},
     {"motion_noise", 1047, 1, offsetof(instance, params.motion_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
     {"initial_attitude_std", 1048, 1, offsetof(instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 10.0},
-    {"initial_bias_std", 1049, 1, offsetof(instance, params.initial_bias_std), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 10.0},
+    {"initial_bias_std", 1049, 1, offsetof(instance, params.initial_bias_std), FMU_REAL, FMU_FIXED, 0, 1e-06, 10.0},
 };
 
 static bool limit_0(const void *data) {
@@ -156,7 +156,7 @@ static void update(void *data, ahrs_real dt) {
     ahrs_mekf_update(&i->state, &i->params, &i->inputs, dt);
 }
 
-static void outputs(void *data) {
+static void compute_outputs(void *data) {
     instance *i = data;
     ahrs_mekf_outputs(&i->state, &i->params, &i->outputs);
 }
@@ -164,7 +164,7 @@ static void outputs(void *data) {
 extern const fmu_model ahrs_mekf_model;
 const fmu_model ahrs_mekf_model = {
     "mekf", "MEKF", sizeof(instance), {offsetof(instance, params), sizeof(((instance *)0)->params)}, {offsetof(instance, inputs), sizeof(((instance *)0)->inputs)}, {offsetof(instance, outputs), sizeof(((instance *)0)->outputs)}, {offsetof(instance, state), sizeof(((instance *)0)->state)},
-    offsetof(instance, params.common.sample_time),
+    offsetof(instance, params.common.sample_time), 0.01,
     variables, sizeof variables / sizeof variables[0],
     limits, sizeof limits / sizeof limits[0],
-    defaults, init, update, outputs};
+    defaults, init, update, compute_outputs};

@@ -17,8 +17,10 @@ from ahrs_fmu.estimators.complementary import Complementary
 from ahrs_fmu.estimators.filter import Filter
 from ahrs_fmu.estimators.gcf import GCF
 from ahrs_fmu.estimators.improved_ekf import ImprovedEKF
+from ahrs_fmu.estimators.kcf import KCF
 from ahrs_fmu.estimators.mahony import Mahony
 from ahrs_fmu.estimators.mahony_ekf import MahonyEKF
+from ahrs_fmu.estimators.mekf import MEKF
 from ahrs_fmu.estimators.state import CommonState, Inputs, Parameters
 from ahrs_fmu.estimators.strapdown import Strapdown
 
@@ -30,8 +32,10 @@ FILTERS: dict[str, type[Filter[Any]]] = {
     "complementary": Complementary,
     "gcf": GCF,
     "improved_ekf": ImprovedEKF,
+    "kcf": KCF,
     "mahony": Mahony,
     "mahony_ekf": MahonyEKF,
+    "mekf": MEKF,
     "strapdown": Strapdown,
 }
 """Class of every model that has a numpy back-end."""
