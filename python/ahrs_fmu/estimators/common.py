@@ -76,6 +76,7 @@ def begin(s: CommonState, p: Parameters, u: Inputs, dt: float) -> Sample | None:
     z = _prepare_sample(s, p, z._replace(run=run))
     # With a new zero of the gyroscope a filter begins again from its attitude.
     again = run & zeroed
+    s.motion_accel = select(again, z.force + p.gravity * down_of(s.q), s.motion_accel)
     return z._replace(start=z.start | again, turn=z.turn & ~again, run=run & ~again)
 
 
