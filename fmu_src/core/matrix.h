@@ -132,10 +132,11 @@ static inline bool ahrs_add_square(int32_t n, ahrs_real *l, ahrs_real *x, ahrs_r
     return true;
 }
 
-/* One rotation of Jacobi's method: brings element (i, j) of a to zero and turns the rows of v along. */
+/* One rotation of Jacobi's method: brings element (i, j) of a to zero, unless it is negligible already, and turns the
+ * rows of v along. */
 static inline void ahrs_jacobi_rotation(int32_t n, ahrs_real *a, ahrs_real *v, int32_t i, int32_t j) {
-    const ahrs_real off = ahrs_of(a, i, j);
-    if (!(ahrs_abs(off) > 0)) {
+    const ahrs_real off = ahrs_of(a, i, j), both = ahrs_of(a, i, i) * ahrs_of(a, j, j);
+    if (!(off * off > AHRS_REAL_EPSILON * AHRS_REAL_EPSILON * ahrs_abs(both))) {
         return;
     }
     const ahrs_real theta = (ahrs_of(a, j, j) - ahrs_of(a, i, i)) / (2 * off);

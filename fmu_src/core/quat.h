@@ -102,6 +102,8 @@ static inline ahrs_vec3 ahrs_quat_log(ahrs_quat q) {
 }
 
 /* The rows of C_nb: the navigation axes seen in body axes. */
+enum { AHRS_NORTH, AHRS_EAST, AHRS_DOWN };
+
 static inline ahrs_vec3 ahrs_quat_north(ahrs_quat q) {
     return (ahrs_vec3){(q.w * q.w + q.x * q.x) - (q.y * q.y + q.z * q.z), 2 * (q.x * q.y - q.w * q.z),
                        2 * (q.x * q.z + q.w * q.y)};

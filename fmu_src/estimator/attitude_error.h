@@ -4,19 +4,19 @@
 
 #include "estimator.h"
 
-/* Tilt from gravity, heading from the horizontal field, as a rotation vector in body axes for small errors: its loop
- * gain is one on all axes. `north` and `down` are those of the attitude, seen from the body. */
-AHRS_INLINE ahrs_vec3 ahrs_decoupled_error(ahrs_vec3 north, ahrs_vec3 down, const ahrs_sample *z) {
+/* Tilt from gravity, heading from the horizontal field, as a rotation vector in body axes for small errors: loop gain one
+ * on all axes. The rows of c are the navigation axes seen from the body. */
+AHRS_INLINE ahrs_vec3 ahrs_decoupled_error(ahrs_mat3 c, const ahrs_sample *z) {
     ahrs_vec3 e = {0, 0, 0};
     if (z->accel_usable) {
-        e = ahrs_vec3_cross(down, ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
+        e = ahrs_vec3_cross(c.row[AHRS_DOWN], ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
     }
     if (z->mag_usable) {
-        const ahrs_real x = ahrs_vec3_dot(north, z->mag);
-        const ahrs_real y = ahrs_vec3_dot(ahrs_vec3_cross(down, north), z->mag);
+        const ahrs_real x = ahrs_vec3_dot(c.row[AHRS_NORTH], z->mag);
+        const ahrs_real y = ahrs_vec3_dot(c.row[AHRS_EAST], z->mag);
         const ahrs_real norm2 = x * x + y * y;
-        if (norm2 > 0) {
-            e = ahrs_vec3_add_scaled(e, -y / ahrs_sqrt(norm2), down);
+        if (norm2 > 0) { /* y/norm, where quotient and root do not wait for each other */
+            e = ahrs_vec3_sub(e, ahrs_vec3_scale(c.row[AHRS_DOWN], y / norm2 * ahrs_sqrt(norm2)));
         }
     }
     return e;
@@ -34,7 +34,7 @@ static inline ahrs_vec3 ahrs_tilt_error(ahrs_vec3 down, ahrs_vec3 force) {
  * the prediction is kept. */
 static inline ahrs_vec3 ahrs_attitude_error(ahrs_quat q, const ahrs_sample *z) {
     if (!z->accel_usable) {
-        return ahrs_decoupled_error(ahrs_quat_north(q), ahrs_quat_down(q), z);
+        return ahrs_decoupled_error(ahrs_quat_to_mat3(q), z);
     }
     if (!z->mag_usable) {
         return ahrs_tilt_error(ahrs_quat_down(q), z->accel);
@@ -47,11 +47,7 @@ static inline ahrs_quat ahrs_measured_attitude(ahrs_quat q, const ahrs_sample *z
     if (z->accel_usable && z->mag_usable) {
         return ahrs_quat_near(ahrs_attitude_of(z->accel, z->mag), q);
     }
-    return ahrs_quat_mul(q, ahrs_quat_exp(ahrs_attitude_error(q, z)));
-}
-
-static inline ahrs_vec3 ahrs_limited(ahrs_vec3 v, ahrs_real limit) {
-    return (ahrs_vec3){ahrs_clamp(v.x, -limit, limit), ahrs_clamp(v.y, -limit, limit), ahrs_clamp(v.z, -limit, limit)};
+    return ahrs_quat_turn(q, ahrs_attitude_error(q, z));
 }
 
 #endif

@@ -12,11 +12,10 @@ typedef struct {
 static inline ahrs_quat ahrs_mahony_step(ahrs_quat q, ahrs_real bias[3], ahrs_mahony_gains k, const ahrs_sample *z) {
     const ahrs_vec3 before = ahrs_vec3_of(bias);
     const ahrs_vec3 turn = ahrs_vec3_scale(ahrs_vec3_sub(z->rate, before), z->dt);
-    const ahrs_quat predicted = ahrs_quat_mul(q, ahrs_quat_exp(turn));
-    const ahrs_vec3 e = ahrs_decoupled_error(ahrs_quat_north(predicted), ahrs_quat_down(predicted), z);
-    const ahrs_vec3 after = ahrs_limited(ahrs_vec3_add_scaled(before, -k.ki * z->gain_dt, e), k.bias_limit);
+    const ahrs_vec3 e = ahrs_decoupled_error(ahrs_quat_to_mat3(ahrs_quat_turn(q, turn)), z);
+    const ahrs_vec3 after = ahrs_vec3_limited(ahrs_vec3_add_scaled(before, -k.ki * z->gain_dt, e), k.bias_limit);
     const ahrs_vec3 rate = ahrs_vec3_scale(ahrs_vec3_sub(z->rate, after), z->dt);
-    const ahrs_quat corrected = ahrs_quat_mul(q, ahrs_quat_exp(ahrs_vec3_add_scaled(rate, k.kp * z->gain_dt, e)));
+    const ahrs_quat corrected = ahrs_quat_turn(q, ahrs_vec3_add_scaled(rate, k.kp * z->gain_dt, e));
     ahrs_vec3_to(bias, after);
     return ahrs_quat_refine(corrected);
 }

@@ -59,7 +59,8 @@ class Estimator:
         }
         for name, value in parameters.items():
             self._parameters[name] = self._descriptor.numbers(self._descriptor.parameter(name), value)
-        self._descriptor.check(self._parameters)
+        self._epsilon = float(np.finfo(np.float64 if precision == "double" else np.float32).eps)
+        self._descriptor.check(self._parameters, self._epsilon)
         self._core = _core(self._descriptor, precision, backend)
         self._backend: Backend = backend
         self._output_names = [variable.name for variable in self._descriptor.outputs]
@@ -113,7 +114,7 @@ class Estimator:
         if self._started and not variable.tunable:
             raise ParameterError(f"{name} is fixed once the first sample was taken in: call reset() before")
         changed = {**self._parameters, name: self._descriptor.numbers(variable, value)}
-        self._descriptor.check(changed)
+        self._descriptor.check(changed, self._epsilon)
         self._parameters = changed
         self._core.set(name, changed[name])
 

@@ -22,6 +22,7 @@ __all__ = [
     "MahonyEKF",
     "MEKF",
     "Strapdown",
+    "UKF",
 ]
 
 
@@ -1773,6 +1774,192 @@ class Strapdown(Estimator):
         )
 
 
+class UKF(Estimator):
+    """Unscented Kalman filter with gyroscope bias, in square-root form.
+
+    States and noise are those of the multiplicative extended Kalman filter; means and covariances are
+    taken over twelve points around the estimate and the estimate itself. The defaults weight the points
+    equally and the estimate not at all, which are the cubature rules. A small alpha draws the points
+    together and gives them large weights of both signs, which single precision does not bear.
+
+    Parameters
+    ----------
+    bias_limit : float, default 0.2
+        Largest gyroscope bias that is learned, per axis [rad/s]. Must be at least 0 and at most
+        100.
+    gyro_noise : float, default 0.0002
+        White noise of the gyroscope, rad/s/sqrt(Hz). Must be at least 1e-07 and at most 100.
+    gyro_bias_noise : float, default 0.000175
+        Random walk of the gyroscope bias, rad/s/s/sqrt(Hz). Must be at least 0 and at most 100.
+    accel_noise : float, default 0.1
+        White noise of the accelerometer with the motion of the vehicle, m/s2/sqrt(Hz). Must be at
+        least 0.0001 and at most 1000.
+    mag_noise : float, default 1e-07
+        White noise of the magnetometer with disturbances of the field, T/sqrt(Hz). Must be at
+        least 1e-09 and at most 1.
+    motion_noise : float, default 0.5
+        Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
+        Must be at least 0 and at most 1000.
+    initial_attitude_std : float, default 0.1
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 1.
+    initial_bias_std : float, default 0.02
+        Standard deviation of the gyroscope bias at the start [rad/s]. Must be at least 1e-06 and
+        at most 10.
+    alpha : float, default 1.0
+        Spread of the points, in standard deviations over the square root of 6 + kappa. Must be at
+        least 0.0001 and at most 2.
+    beta : float, default 0.0
+        Additional weight of the estimate in the covariances. Must be at least 0 and at most 10.
+    kappa : float, default 0.0
+        Further spread of the points: with alpha = 1 the weight of the estimate is kappa/(6 +
+        kappa). Must be at least -5 and at most 100.
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        bias_limit: float = 0.2,
+        gyro_noise: float = 0.0002,
+        gyro_bias_noise: float = 0.000175,
+        accel_noise: float = 0.1,
+        mag_noise: float = 1e-07,
+        motion_noise: float = 0.5,
+        initial_attitude_std: float = 0.1,
+        initial_bias_std: float = 0.02,
+        alpha: float = 1.0,
+        beta: float = 0.0,
+        kappa: float = 0.0,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+        backend: Backend = "c",
+    ) -> None:
+        super().__init__(
+            "ukf",
+            {
+                "bias_limit": bias_limit,
+                "gyro_noise": gyro_noise,
+                "gyro_bias_noise": gyro_bias_noise,
+                "accel_noise": accel_noise,
+                "mag_noise": mag_noise,
+                "motion_noise": motion_noise,
+                "initial_attitude_std": initial_attitude_std,
+                "initial_bias_std": initial_bias_std,
+                "alpha": alpha,
+                "beta": beta,
+                "kappa": kappa,
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+            backend,
+        )
+
+
 BY_NAME: dict[str, type[Estimator]] = {
     "adaptive_ckf": AdaptiveCKF,
     "cg_ekf": CGEKF,
@@ -1784,5 +1971,6 @@ BY_NAME: dict[str, type[Estimator]] = {
     "mahony_ekf": MahonyEKF,
     "mekf": MEKF,
     "strapdown": Strapdown,
+    "ukf": UKF,
 }
 """The classes by the name of their descriptor."""

@@ -117,6 +117,7 @@ CASES: dict[str, tuple[str, Callable[[Trace], Parameters]]] = {
     "ckf_fixed": ("adaptive_ckf", lambda t: cubature(t, 1e-4, adaptation="none")),
     "adaptive_ckf_r_only": ("adaptive_ckf", lambda t: cubature(t, 1e-7, warm_up=100)),
     "mekf": ("mekf", sensor_noise),
+    "ukf_cubature": ("ukf", sensor_noise),
     "strapdown": ("strapdown", fixed()),
     "complementary": ("complementary", fixed(kp=0.58)),
     "mahony": ("mahony", fixed(kp=1.0, ki=0.1, **UNLIMITED)),

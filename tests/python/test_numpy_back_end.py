@@ -48,6 +48,10 @@ OWN_OPTIONS: dict[str, dict[str, dict[str, object]]] = {
         "overconfident": {"accel_noise": 1e-3, "mag_noise": 1e-8, "gyro_noise": 1e-3},
         "noisy motion": {"motion_compensation": True, "motion_noise": 2.0, "gyro_bias_noise": 1e-3},
     },
+    "ukf": {
+        "wider points": {"alpha": 0.7, "beta": 2.0, "kappa": 1.0, "bias_limit": 0.01},
+        "narrow points": {"alpha": 0.1, "accel_noise": 0.3},
+    },
     "cg_ekf": {"many iterations": {"iterations": 12}, "one iteration": {"iterations": 1}},
     "kcf": {
         "spread": {"spread": True},

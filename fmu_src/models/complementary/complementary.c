@@ -15,10 +15,9 @@ void ahrs_complementary_update(ahrs_complementary_state *s, const ahrs_complemen
     if (action == AHRS_WAIT || action == AHRS_START) {
         return;
     }
-    const ahrs_quat turn = ahrs_quat_exp(ahrs_vec3_scale(z.rate, z.dt));
-    const ahrs_quat predicted = ahrs_quat_mul(ahrs_quat_of(s->common.q), turn);
+    const ahrs_quat predicted = ahrs_quat_turn(ahrs_quat_of(s->common.q), ahrs_vec3_scale(z.rate, z.dt));
     const ahrs_vec3 e = ahrs_attitude_error(predicted, &z);
-    const ahrs_quat corrected = ahrs_quat_mul(predicted, ahrs_quat_exp(ahrs_vec3_scale(e, p->kp * z.gain_dt)));
+    const ahrs_quat corrected = ahrs_quat_turn(predicted, ahrs_vec3_scale(e, p->kp * z.gain_dt));
     ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_refine(corrected));
 }
 

@@ -211,8 +211,8 @@ void ahrs_mekf_update(ahrs_mekf_state *s, const ahrs_mekf_params *p, const ahrs_
         }
         if (corrected(&cov, information(gravity.expected, field.expected))) {
             const ahrs_vec3 misfit = ahrs_vec3_add(gravity.misfit, field.misfit);
-            q = ahrs_quat_mul(q, ahrs_quat_exp(ahrs_sym3_apply(cov.a, misfit)));
-            bias = ahrs_limited(ahrs_vec3_add(bias, ahrs_mat3_apply_transposed(cov.b, misfit)), p->bias_limit);
+            q = ahrs_quat_turn(q, ahrs_sym3_apply(cov.a, misfit));
+            bias = ahrs_vec3_limited(ahrs_vec3_add(bias, ahrs_mat3_apply_transposed(cov.b, misfit)), p->bias_limit);
         } else {
             cov = initial(p);
             s->common.conditions |= AHRS_COVARIANCE_RESET;

@@ -23,6 +23,7 @@ from ahrs_fmu.estimators.mahony_ekf import MahonyEKF
 from ahrs_fmu.estimators.mekf import MEKF
 from ahrs_fmu.estimators.state import CommonState, Inputs, Parameters
 from ahrs_fmu.estimators.strapdown import Strapdown
+from ahrs_fmu.estimators.ukf import UKF
 
 Numbers = NDArray[np.float64] | NDArray[np.int32]
 
@@ -37,6 +38,7 @@ FILTERS: dict[str, type[Filter[Any]]] = {
     "mahony_ekf": MahonyEKF,
     "mekf": MEKF,
     "strapdown": Strapdown,
+    "ukf": UKF,
 }
 """Class of every model that has a numpy back-end."""
 

@@ -7,9 +7,20 @@ import numpy as np
 from ahrs_fmu import quaternion
 from ahrs_fmu.estimators.filter import merged
 from ahrs_fmu.estimators.geometry import down_of, north_of
-from ahrs_fmu.estimators.matrices import all_finite, apply, cholesky, solve_right, symmetric, transposed
-from ahrs_fmu.estimators.mekf import BiasFilter, State, limited_attitude, measurement_noise, process_noise
+from ahrs_fmu.estimators.matrices import (
+    all_finite,
+    apply,
+    cholesky,
+    outer,
+    solve_right,
+    symmetric,
+    transposed,
+)
+from ahrs_fmu.estimators.mekf import BiasFilter, State, measurement_noise, process_noise
 from ahrs_fmu.estimators.state import Array, Parameters, Sample, select
+
+ROTATION_VARIANCE_MAX = 1.0
+"""rad2: the points of a rotation spread further than this would meet behind the back."""
 
 _STATES = 6
 
@@ -19,7 +30,6 @@ class UKF(BiasFilter):
 
     def step(self, state: State, q: Array, z: Sample) -> tuple[State, Array]:
         """Predict and correct."""
-        before = q
         spread, mean_weights, weights = sigma_weights(self.p)
         q, bias, covariance = self._predict(state, q, z)
         fresh = np.zeros(self.shape, dtype=np.bool_)
@@ -27,7 +37,7 @@ class UKF(BiasFilter):
         predicted = State(bias, covariance, fresh)
         lost = ~all_finite(cholesky(covariance))
         if z.gain_dt == 0.0:
-            return merged(lost, again, predicted), select(lost, before, q)
+            return merged(lost, again, predicted), q
         points = sigma_points(spread, covariance)
         attitudes = quaternion.multiply(q[..., None, :], quaternion.exp(points[..., :3]))
         expected = self._expected(attitudes, z)
@@ -54,7 +64,7 @@ class UKF(BiasFilter):
         mean = mean_of(mean_weights, spread_points)
         deviation = spread_points - mean[..., None, :]
         covariance = symmetric(moment(weights, deviation, deviation) + process_noise(self.p, z))
-        covariance = limited_attitude(covariance)
+        covariance = limited_rotation(covariance)
         predicted = quaternion.multiply(centre, quaternion.exp(mean[..., :3]))
         return predicted, state.bias + mean[..., 3:], covariance
 
@@ -66,6 +76,14 @@ class UKF(BiasFilter):
         force = np.where(z.accel_usable[..., None, None], force, z.accel[..., None, :])
         field = np.where(z.mag_usable[..., None, None], field, z.mag[..., None, :])
         return np.concatenate((force, field), axis=-1)
+
+
+def limited_rotation(covariance: Array) -> Array:
+    """Covariance whose rotation error is kept where a rotation has a meaning; it stays positive definite."""
+    total = np.trace(covariance[..., :3, :3], axis1=-2, axis2=-1)
+    scale = np.ones((*total.shape, _STATES))
+    scale[..., :3] = np.sqrt(np.minimum(1.0, ROTATION_VARIANCE_MAX / total))[..., None]
+    return covariance * outer(scale, scale)
 
 
 def sigma_weights(p: Parameters) -> tuple[float, Array, Array]:
