@@ -12,17 +12,17 @@ from ahrs_fmu.estimator import Backend, Estimator
 from ahrs_fmu.host_library import Precision
 
 __all__ = [
-    "AdaptiveCKF",
     "CGEKF",
-    "Complementary",
     "GCF",
-    "ImprovedEKF",
     "KCF",
+    "MEKF",
+    "UKF",
+    "AdaptiveCKF",
+    "Complementary",
+    "ImprovedEKF",
     "Mahony",
     "MahonyEKF",
-    "MEKF",
     "Strapdown",
-    "UKF",
 ]
 
 
@@ -51,7 +51,7 @@ class AdaptiveCKF(Estimator):
         Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
         Must be at least 0 and at most 1000.
     initial_attitude_std : float, default 0.063
-        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 10.
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 0.5.
     adaptation : {"none", "r_only", "qr_safe", "textbook", "printed"}, default "r_only"
         Which noise covariances are estimated.
     process_noise : {"gyro", "isotropic"}, default "gyro"
@@ -127,7 +127,7 @@ class AdaptiveCKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -178,7 +178,7 @@ class AdaptiveCKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -219,7 +219,7 @@ class AdaptiveCKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,
@@ -303,7 +303,7 @@ class CGEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -345,7 +345,7 @@ class CGEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -377,7 +377,7 @@ class CGEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,
@@ -450,7 +450,7 @@ class Complementary(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -488,7 +488,7 @@ class Complementary(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -516,7 +516,7 @@ class Complementary(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,
@@ -612,7 +612,7 @@ class GCF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -658,7 +658,7 @@ class GCF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -694,7 +694,7 @@ class GCF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,
@@ -778,7 +778,7 @@ class ImprovedEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -820,7 +820,7 @@ class ImprovedEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -852,7 +852,7 @@ class ImprovedEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,
@@ -1008,7 +1008,7 @@ class KCF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1076,7 +1076,7 @@ class KCF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -1134,7 +1134,7 @@ class KCF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,
@@ -1213,7 +1213,7 @@ class Mahony(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1253,7 +1253,7 @@ class Mahony(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -1283,7 +1283,7 @@ class Mahony(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,
@@ -1379,7 +1379,7 @@ class MahonyEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1425,7 +1425,7 @@ class MahonyEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -1461,7 +1461,7 @@ class MahonyEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,
@@ -1553,7 +1553,7 @@ class MEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1598,7 +1598,7 @@ class MEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -1633,7 +1633,7 @@ class MEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,
@@ -1703,7 +1703,7 @@ class Strapdown(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1740,7 +1740,7 @@ class Strapdown(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -1767,7 +1767,7 @@ class Strapdown(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,
@@ -1867,7 +1867,7 @@ class UKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
@@ -1915,7 +1915,7 @@ class UKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
         backend: Backend = "c",
     ) -> None:
@@ -1953,7 +1953,7 @@ class UKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
             backend,

@@ -91,10 +91,11 @@ def _class(descriptor: Descriptor) -> list[str]:
 def text() -> str:
     """Text that ``models.py`` should have."""
     estimators = _estimators()
-    names = ", ".join(f'"{d.title}"' for d in estimators)
+    titles = sorted((d.title for d in estimators), key=lambda title: (not title.isupper(), title))
+    names = ", ".join(f'"{title}"' for title in titles)
     lines = [_HEAD, f"__all__ = [{names}]"] if len(names) < _WIDTH else [_HEAD, "__all__ = ["]
     if len(names) >= _WIDTH:
-        lines += [*(f'    "{d.title}",' for d in estimators), "]"]
+        lines += [*(f'    "{title}",' for title in titles), "]"]
     for descriptor in estimators:
         lines += _class(descriptor)
     lines += ["", "", "BY_NAME: dict[str, type[Estimator]] = {"]
