@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ahrs_fmu.commands import bode, build, demo, design, fmu, replay, terminal
+from ahrs_fmu.commands import bode, build, demo, design, fmu, replay, reproduce, terminal
 from ahrs_fmu.errors import AhrsError
 from ahrs_fmu.version import __version__
 
@@ -37,6 +37,7 @@ for command, examples in (
     (design.allan, design.ALLAN_EXAMPLES),
     (design.explain, design.EXPLAIN_EXAMPLES),
     (demo.demo, demo.EXAMPLES),
+    (reproduce.reproduce, reproduce.EXAMPLES),
 ):
     app.command(epilog=f"\b{examples}")(command)
 

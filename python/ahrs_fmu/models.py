@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from ahrs_fmu.estimator import Estimator
+from ahrs_fmu.estimator import Backend, Estimator
 from ahrs_fmu.host_library import Precision
 
 __all__ = [
@@ -132,6 +132,8 @@ class AdaptiveCKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -178,6 +180,7 @@ class AdaptiveCKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "adaptive_ckf",
@@ -219,6 +222,7 @@ class AdaptiveCKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -304,6 +308,8 @@ class CGEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -341,6 +347,7 @@ class CGEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "cg_ekf",
@@ -373,6 +380,7 @@ class CGEKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -447,6 +455,8 @@ class Complementary(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -480,6 +490,7 @@ class Complementary(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "complementary",
@@ -508,6 +519,7 @@ class Complementary(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -605,6 +617,8 @@ class GCF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -646,6 +660,7 @@ class GCF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "gcf",
@@ -682,6 +697,7 @@ class GCF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -767,6 +783,8 @@ class ImprovedEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -804,6 +822,7 @@ class ImprovedEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "improved_ekf",
@@ -836,6 +855,7 @@ class ImprovedEKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -993,6 +1013,8 @@ class KCF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1056,6 +1078,7 @@ class KCF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "kcf",
@@ -1114,6 +1137,7 @@ class KCF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1194,6 +1218,8 @@ class Mahony(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1229,6 +1255,7 @@ class Mahony(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mahony",
@@ -1259,6 +1286,7 @@ class Mahony(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1356,6 +1384,8 @@ class MahonyEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1397,6 +1427,7 @@ class MahonyEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mahony_ekf",
@@ -1433,6 +1464,7 @@ class MahonyEKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1526,6 +1558,8 @@ class MEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1566,6 +1600,7 @@ class MEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mekf",
@@ -1601,6 +1636,7 @@ class MEKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1672,6 +1708,8 @@ class Strapdown(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1704,6 +1742,7 @@ class Strapdown(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "strapdown",
@@ -1731,6 +1770,7 @@ class Strapdown(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1832,6 +1872,8 @@ class UKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1875,6 +1917,7 @@ class UKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "ukf",
@@ -1913,6 +1956,7 @@ class UKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
