@@ -6073,7 +6073,7 @@ typedef struct {
     int32_t rows;
     bool accel, mag;
     ahrs_real gravity, north, down; /* what is expected */
-    ahrs_real ukf_measured[ukf_Z];
+    ahrs_real measured[ukf_Z];
 } ukf_measurement;
 
 static ukf_weights ukf_weights_of(const ahrs_ukf_params *p) {
