@@ -276,7 +276,7 @@ def readable(descriptor: Descriptor, variable: Variable, numbers: Sequence[float
 
 
 def numbers_of(descriptor: Descriptor, variable: Variable, value: object) -> object:
-    """Elements of a variable as numbers, the reverse of `readable`.
+    """A variable's number or array of numbers, the reverse of `readable`.
 
     Raises
     ------
@@ -284,10 +284,11 @@ def numbers_of(descriptor: Descriptor, variable: Variable, value: object) -> obj
         If the value is no name of a choice, or of the wrong size.
     """
     if variable.type == "enumeration":
-        return descriptor.numbers(variable, value)
-    if np.size(value) != variable.size:  # type: ignore[arg-type]
-        raise ParameterError(f"{variable.name} has {variable.size} elements; it was given {np.size(value)}")  # type: ignore[arg-type]
-    return value
+        return descriptor.numbers(variable, value)[0]
+    numbers = np.asarray(value)
+    if numbers.size != variable.size:
+        raise ParameterError(f"{variable.name} has {variable.size} elements; {numbers.size} are given")
+    return numbers if variable.size > 1 else numbers.reshape(())
 
 
 def declarations(cls: type[Component]) -> dict[str, Declaration]:
