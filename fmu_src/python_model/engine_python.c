@@ -39,7 +39,7 @@ typedef struct {
 } run_head;
 
 #define LARGEST_MESSAGE ((uint64_t)1 << 30)
-/* s, unless AHRS_FMU_TIMEOUT says otherwise. */
+/* s, unless AHRS_FMU_TIMEOUT says otherwise; the start may always take that long. */
 #define TIME_OUT 30.0
 /* s that a process has to clean up in when its instance is freed. */
 #define PATIENCE 2.0
@@ -173,7 +173,8 @@ static bool garbled(python_process *p, fmu_why *why) {
 
 /* Sends the message whose payload is in place; the reply's payload takes its place. */
 static bool exchange(python_process *p, kind asked, size_t size, size_t *replied, fmu_why *why) {
-    const double deadline = child_now() + p->time_out;
+    const double limit = asked == OPEN && p->time_out < TIME_OUT ? TIME_OUT : p->time_out;
+    const double deadline = child_now() + limit;
     message_head head = {MAGIC, (uint32_t)asked, size};
     size_t received = 0, more = 0;
     if (!p->child.running) {

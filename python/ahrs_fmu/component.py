@@ -29,6 +29,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ahrs_fmu.descriptors import (
     Descriptor,
@@ -123,7 +124,9 @@ class Declaration:
 
     def variable(self, vr: int) -> Variable:
         """The variable as a descriptor has it, with its value reference."""
-        elements = None if isinstance(self.default, (bool, int, float, str)) else [float(x) for x in self.default]
+        elements = (
+            None if isinstance(self.default, (bool, int, float, str)) else [float(x) for x in self.default]
+        )
         size = self.size or (len(elements) if elements is not None else 1)
         default: Value = elements if elements is not None else self.default  # type: ignore[assignment]
         if size > 1 and elements is None:
@@ -207,7 +210,9 @@ class Component:
         If a declaration is wrong.
     """
 
-    sample_time = Parameter(0.01, unit="s", min=1e-5, max=10.0, description="Time from one update to the next")
+    sample_time = Parameter(
+        0.01, unit="s", min=1e-5, max=10.0, description="Time from one update to the next"
+    )
 
     limits: ClassVar[Sequence[Limit]] = ()
     """Rules between parameters, such as ``Limit("crossover*sample_time < 1", "lower the crossover")``."""
@@ -275,7 +280,9 @@ def readable(descriptor: Descriptor, variable: Variable, numbers: Sequence[float
     return int(number) if variable.type == "integer" else number
 
 
-def numbers_of(descriptor: Descriptor, variable: Variable, value: object) -> object:
+def numbers_of(
+    descriptor: Descriptor, variable: Variable, value: object
+) -> float | NDArray[np.generic]:
     """A variable's number or array of numbers, the reverse of `readable`.
 
     Raises
@@ -285,7 +292,7 @@ def numbers_of(descriptor: Descriptor, variable: Variable, value: object) -> obj
     """
     if variable.type == "enumeration":
         return descriptor.numbers(variable, value)[0]
-    numbers = np.asarray(value)
+    numbers: NDArray[np.generic] = np.asarray(value)
     if numbers.size != variable.size:
         raise ParameterError(f"{variable.name} has {variable.size} elements; {numbers.size} are given")
     return numbers if variable.size > 1 else numbers.reshape(())
@@ -325,10 +332,14 @@ def describe(cls: type[Component]) -> Descriptor:
         try:
             variable = declaration.variable(vrs[role])
         except (TypeError, ValueError):
-            raise DescriptorError(f"{cls.__name__}.{name}: default {declaration.default!r} is no value") from None
+            raise DescriptorError(
+                f"{cls.__name__}.{name}: default {declaration.default!r} is no value"
+            ) from None
         vrs[role] += variable.size
         if vrs[role] >= FIRST_VR[role] + _LARGEST_SIZE:
-            raise DescriptorError(f"{cls.__name__}.{name}: a class has at most {_LARGEST_SIZE - 1} {role} elements")
+            raise DescriptorError(
+                f"{cls.__name__}.{name}: a class has at most {_LARGEST_SIZE - 1} {role} elements"
+            )
         variables[role].append(variable)
     summary, _, rest = inspect.cleandoc(cls.__doc__ or cls.__name__).partition("\n\n")
     descriptor = Descriptor(

@@ -129,7 +129,9 @@ def set_row(instance: Instance, row: Rows) -> None:
 
 
 @pytest.mark.parametrize("fmi", VARIANTS)
-def test_the_fmu_gives_the_bits_of_the_numpy_class(fmi: str, gcf: Callable[[str], Library], rows: Rows) -> None:
+def test_the_fmu_gives_the_bits_of_the_numpy_class(
+    fmi: str, gcf: Callable[[str], Library], rows: Rows
+) -> None:
     instance = begin(gcf(fmi), rows[0])
     found = [instance.get("q")]
     for k, row in enumerate(rows[1:200]):
@@ -151,7 +153,12 @@ def test_fmpy_gets_the_bits_of_the_numpy_class(fmi: str, gcf: Callable[[str], Li
         signals[name] = rows[:n, i] if fmi == "2" else rows[:n, 3 * i : 3 * i + 3]
     names = [f"q[{i}]" for i in (1, 2, 3, 4)] if fmi == "2" else ["q"]
     result = fmpy.simulate_fmu(
-        str(gcf(fmi).path), input=signals, output=names, stop_time=(n - 1) * 0.01, step_size=0.01, output_interval=0.01
+        str(gcf(fmi).path),
+        input=signals,
+        output=names,
+        stop_time=(n - 1) * 0.01,
+        step_size=0.01,
+        output_interval=0.01,
     )
     q = np.stack([result[name] for name in names], axis=-1).reshape(len(result), 4)
     # FMPy sets the inputs of time t and then steps from t: the row of the initialisation counts twice.
@@ -178,7 +185,15 @@ def host_command(program: Path, library: Library, rows: Rows, folder: Path) -> l
     (folder / "rows").write_bytes(np.ascontiguousarray(rows).tobytes())
     version = str(library.version)
     paths = [str(folder / "rows"), str(folder / "q")]
-    return [str(program), str(library.binary), version, library.token, library.resources.decode(), "0.01", *paths]
+    return [
+        str(program),
+        str(library.binary),
+        version,
+        library.token,
+        library.resources.decode(),
+        "0.01",
+        *paths,
+    ]
 
 
 @pytest.mark.parametrize("fmi", ["2", "3"])
@@ -239,7 +254,9 @@ def test_a_tuned_parameter_reaches_the_class(gcf: Callable[[str], Library], rows
         assert instance.step(k * 0.01, 0.01) == OK
         model.update(0.01)
         for output in descriptors.load("gcf").outputs:
-            np.testing.assert_array_equal(instance.get(output.name), model.get(output.name), err_msg=output.name)
+            np.testing.assert_array_equal(
+                instance.get(output.name), model.get(output.name), err_msg=output.name
+            )
     instance.free()
 
 
@@ -265,7 +282,11 @@ def test_a_class_of_the_user_gives_the_same_bits_behind_the_fmu(trouble: Callabl
 @pytest.mark.parametrize("through_bytes", [False, True])
 @pytest.mark.parametrize("fmi", ["2", "3"])
 def test_a_restored_state_goes_on_with_the_same_bits(
-    fmi: str, through_bytes: bool, gcf: Callable[[str], Library], trouble: Callable[[str], Library], rows: Rows
+    fmi: str,
+    through_bytes: bool,
+    gcf: Callable[[str], Library],
+    trouble: Callable[[str], Library],
+    rows: Rows,
 ) -> None:
     for library, output in ((gcf(fmi), "q"), (trouble(fmi), "total")):
         values = {"gyro": rows[0, :3], "accel": rows[0, 3:6]} if output == "q" else {"signal": [1.0, 2.0]}
@@ -348,8 +369,8 @@ def test_an_exception_is_an_error_with_its_traceback_and_the_instance_goes_on(
     [
         ("exit", "ended with exit code 7"),
         ("kill", "was ended by signal 9"),
-        ("hang", "did not answer within 1 s (set AHRS_FMU_TIMEOUT for more)"),
-        ("partial", "did not answer within 1 s"),
+        ("hang", "did not answer within 2 s (set AHRS_FMU_TIMEOUT for more)"),
+        ("partial", "did not answer within 2 s"),
         ("garbage", "answered with bytes that are no message"),
     ],
 )
@@ -357,29 +378,19 @@ def test_an_exception_is_an_error_with_its_traceback_and_the_instance_goes_on(
 def test_a_child_that_is_lost_is_an_error_and_a_reset_starts_another(
     deed: str, said: str, fmi: str, trouble: Callable[[str], Library], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    instance = trouble(fmi).instance(logging=True)
-    first = children()
-    instance.run()
-    if deed in ("hang", "partial"):
-        instance.free()
-        monkeypatch.setenv("AHRS_FMU_TIMEOUT", "1")
-        for _ in range(3):  # A start may take longer than that on a busy machine.
-            try:
-                instance = trouble(fmi).instance(logging=True).run()
-                break
-            except (ValueError, AssertionError):
-                continue
-        first = children()
+    monkeypatch.setenv("AHRS_FMU_TIMEOUT", "2")
+    before = children()
+    instance = trouble(fmi).instance(logging=True).run()
+    first = children() - before
     do(instance, deed)
     assert instance.step(0.0, 0.01) == ERROR
     assert said in instance.log[-1].message
     assert children() & first == set()
     assert instance.step(0.0, 0.01) == ERROR
     assert "has ended; reset the instance" in instance.log[-1].message
-    if deed not in ("hang", "partial"):
-        assert instance.call("Reset") == OK
-        instance.run()
-        assert instance.step(0.0, 0.01) == OK
+    assert instance.call("Reset") == OK
+    instance.run()
+    assert instance.step(0.0, 0.01) == OK
     instance.free()
 
 
@@ -643,7 +654,9 @@ def test_the_example_of_the_documentation_works(tmp_path: Path, monkeypatch: pyt
     (tmp_path / "my_filter.py").write_text(example[1])
     path = export_component(tmp_path / "my_filter.py", "MyFilter", fmi="3", output=tmp_path / "MyFilter.fmu")
     assert validate_fmu(path) == []
-    instance = Library(path, tmp_path / "unpacked").instance().run(gyro=[0.1, 0.0, 0.0], accel=[0.0, 0.0, -9.81])
+    instance = (
+        Library(path, tmp_path / "unpacked").instance().run(gyro=[0.1, 0.0, 0.0], accel=[0.0, 0.0, -9.81])
+    )
     for k in range(100):
         assert instance.step(k * 0.01, 0.01) == OK
     # The accelerometer says 0 and the gyroscope 0.1 rad/s: the roll angle nears 0.1 / crossover.

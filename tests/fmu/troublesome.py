@@ -11,9 +11,22 @@ import numpy as np
 
 from ahrs_fmu.component import Component, Input, Limit, Output, Parameter
 
-DEEDS = (
-    "behave raise leave exit kill hang print chatter flood_and_raise garbage partial new_attribute wrong_size recurse"
-).split()
+DEEDS = [
+    "behave",
+    "raise",
+    "leave",
+    "exit",
+    "kill",
+    "hang",
+    "print",
+    "chatter",
+    "flood_and_raise",
+    "garbage",
+    "partial",
+    "new_attribute",
+    "wrong_size",
+    "recurse",
+]
 
 
 class Troublesome(Component):
@@ -22,13 +35,17 @@ class Troublesome(Component):
     The second paragraph has "quotes", a back\\slash, */ and /*, and µ.
     """
 
-    deed = Input("behave", choices={name: f"to {name}" for name in DEEDS}, description="What the next update does")
+    deed = Input(
+        "behave", choices={name: f"to {name}" for name in DEEDS}, description="What the next update does"
+    )
     signal = Input(size=2, unit="m/s2", description="What is summed")
     total = Output(size=2, unit="m/s2", description="The sum")
     count = Output(0, integer=True, description="Number of updates")
     odd = Output(False, description="Whether that number is odd")
-    shape = Output("round", choices={"round": "like a ball", "flat": "like a plate"}, description="An enumeration")
-    gain = Parameter(1.0, min=0.0, max=10.0, tunable=True, description="Factor */ of the \"input\"")
+    shape = Output(
+        "round", choices={"round": "like a ball", "flat": "like a plate"}, description="An enumeration"
+    )
+    gain = Parameter(1.0, min=0.0, max=10.0, tunable=True, description='Factor */ of the "input"')
     offsets = Parameter([0.5, 0.25], description="Where the sum begins")
     steps = Parameter(1, integer=True, min=1, max=9, description="Whole number")
     limits = (Limit("gain < 9 or steps == 1", 'a "large" gain goes with one step: lower \\ it'),)

@@ -69,7 +69,7 @@ class Variant:
     def token(self) -> str:
         """Instantiation token (GUID in FMI 2): tells apart all that makes a saved state or a value reference differ."""
         fields = {name: getattr(self.descriptor, name) for name in self.descriptor.__struct_fields__ if name != "folder"}
-        what = [fields, self.fmi, self.backend, self.precision]
+        what: list[object] = [fields, self.fmi, self.backend, self.precision]
         what += [self.module.read_text(encoding="utf-8")] if self.module is not None else []
         text = msgspec.json.encode(what, order="deterministic")
         digest = hashlib.sha256(text).hexdigest()

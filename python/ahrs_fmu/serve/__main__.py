@@ -78,7 +78,9 @@ def _raised(error: BaseException) -> bytes:
     """Report an error by its traceback, from where this package called the model."""
     own = str(Path(__file__).parent)
     trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename.startswith(own):
+    while (
+        trace is not None and trace.tb_next is not None and trace.tb_frame.f_code.co_filename.startswith(own)
+    ):
         trace = trace.tb_next
     text = "".join(traceback.format_exception(type(error), error, trace)).rstrip().encode(errors="replace")
     if len(text) > _LONGEST_TEXT:

@@ -68,9 +68,12 @@ class ServedEstimator:
         self._model = NumpyModel(self.descriptor)
         self._parameters = slots(self.descriptor, "parameter")
         self._tuned: Numbers | None = None
-        self._outputs = [(v.name, at if v.size > 1 else at.start) for v, at in slots(self.descriptor, "output")]
+        self._outputs = [
+            (v.name, at if v.size > 1 else at.start) for v, at in slots(self.descriptor, "output")
+        ]
         self._inputs = [
-            (v.name, at if v.size > 1 else at.start, v.type == "real") for v, at in slots(self.descriptor, "input")
+            (v.name, at if v.size > 1 else at.start, v.type == "real")
+            for v, at in slots(self.descriptor, "input")
         ]
 
     def start(self, parameters: Numbers, inputs: Numbers) -> None:
