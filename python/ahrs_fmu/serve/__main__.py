@@ -84,7 +84,8 @@ def _raised(error: BaseException) -> bytes:
         trace = trace.tb_next
     text = "".join(traceback.format_exception(type(error), error, trace)).rstrip().encode(errors="replace")
     if len(text) > _LONGEST_TEXT:
-        text = b"...\n" + text[-_LONGEST_TEXT:].partition(b"\n")[2]
+        # The cut may have gone through a character.
+        text = b"..." + text[-_LONGEST_TEXT:].decode(errors="ignore").encode()
     return framed(Kind.RAISED, text)
 
 
