@@ -24,7 +24,6 @@ import keyword
 import pickle
 import re
 from collections.abc import Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -280,9 +279,7 @@ def readable(descriptor: Descriptor, variable: Variable, numbers: Sequence[float
     return int(number) if variable.type == "integer" else number
 
 
-def numbers_of(
-    descriptor: Descriptor, variable: Variable, value: object
-) -> float | NDArray[np.generic]:
+def numbers_of(descriptor: Descriptor, variable: Variable, value: object) -> float | NDArray[np.generic]:
     """A variable's number or array of numbers, the reverse of `readable`.
 
     Raises
@@ -306,13 +303,17 @@ def declarations(cls: type[Component]) -> dict[str, Declaration]:
     return found
 
 
-@cache
+_described: dict[type[Component], Descriptor] = {}
+_named: dict[type[Component], dict[str, tuple[Variable, Role]]] = {}
+
+
 def _variables(cls: type[Component]) -> dict[str, tuple[Variable, Role]]:
-    descriptor = describe(cls)
-    return {variable.name: (variable, descriptor.role(variable)) for variable in descriptor.variables}
+    if cls not in _named:
+        descriptor = describe(cls)
+        _named[cls] = {v.name: (v, descriptor.role(v)) for v in descriptor.variables}
+    return _named[cls]
 
 
-@cache
 def describe(cls: type[Component]) -> Descriptor:
     """Descriptor of a class: the same as of a model that comes with a TOML file.
 
@@ -321,6 +322,12 @@ def describe(cls: type[Component]) -> Descriptor:
     DescriptorError
         If a declaration is wrong.
     """
+    if cls not in _described:
+        _described[cls] = _describe(cls)
+    return _described[cls]
+
+
+def _describe(cls: type[Component]) -> Descriptor:
     if cls.update is Component.update:
         raise DescriptorError(f"{cls.__name__} does not define update(self, dt)")
     declared = declarations(cls)

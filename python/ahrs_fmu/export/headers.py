@@ -67,7 +67,9 @@ def constant(prefix: str, enumeration: str, item: str) -> str:
 def _enum(prefix: str, name: str, enumeration: Enumeration) -> list[str]:
     lines = [f"/* {_plain(enumeration.description)} */", "enum {"]
     for item in enumeration.items:
-        lines.append(f"    {constant(prefix, name, item.name)} = {item.value}, /* {_plain(item.description)} */")
+        lines.append(
+            f"    {constant(prefix, name, item.name)} = {item.value}, /* {_plain(item.description)} */"
+        )
     return [*lines, "};", ""]
 
 
@@ -173,7 +175,8 @@ def _member(descriptor: Descriptor, variable: Variable) -> str:
 def _c_text(text: str) -> str:
     """A string literal; what is not ASCII is written byte by byte."""
     escaped = "".join(
-        chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}" for byte in text.encode()
+        chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
+        for byte in text.encode()
     )
     return f'"{escaped}"'
 
@@ -248,7 +251,7 @@ def _limit_lines(descriptor: Descriptor) -> list[str]:
             "",
         ]
         rows.append(
-            f'    {{{_c_text(limit.rule)}, {_c_text(limit.says)}, {str(limit.warning).lower()}, '
+            f"    {{{_c_text(limit.rule)}, {_c_text(limit.says)}, {str(limit.warning).lower()}, "
             f"limit_{index}_vrs, {len(parameters)}, limit_{index}}},"
         )
     if rows:

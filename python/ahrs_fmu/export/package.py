@@ -136,7 +136,9 @@ def _resources(variant: Variant) -> dict[str, bytes]:
     """What the Python process reads, and which Python runs it unless the user says otherwise."""
     descriptor, module = variant.descriptor, variant.module
     if module is None and descriptor.name not in FILTERS:
-        raise ParameterError(f"{descriptor.title} has no numpy back-end; there are {', '.join(sorted(FILTERS))}")
+        raise ParameterError(
+            f"{descriptor.title} has no numpy back-end; there are {', '.join(sorted(FILTERS))}"
+        )
     given = Resources(
         model=descriptor.name if module is None else descriptor.title,
         fingerprint=descriptor.fingerprint(),

@@ -75,7 +75,9 @@ def _add_headers(files: dict[str, str], folders: Sequence[Path]) -> None:
                 continue
             paths = [folder / name for folder in folders if (folder / name).is_file()]
             if not paths:
-                raise BuildError(f"header {name} is in none of {', '.join(folder.name for folder in folders)}")
+                raise BuildError(
+                    f"header {name} is in none of {', '.join(folder.name for folder in folders)}"
+                )
             files[name] = paths[0].read_text()
             waiting.append(files[name])
 
@@ -94,5 +96,10 @@ def _configuration(variant: Variant) -> str:
         lines += ["#define AHRS_SINGLE"]
     if variant.version == 2:
         # FMI 2 gives functions of a source FMU this prefix; an importer that builds a library overrides it.
-        lines += ["", "#ifndef FMI2_FUNCTION_PREFIX", f"#define FMI2_FUNCTION_PREFIX {variant.descriptor.title}_", "#endif"]
+        lines += [
+            "",
+            "#ifndef FMI2_FUNCTION_PREFIX",
+            f"#define FMI2_FUNCTION_PREFIX {variant.descriptor.title}_",
+            "#endif",
+        ]
     return "\n".join([*lines, "", "#endif", ""])

@@ -11,7 +11,7 @@ import msgspec
 
 from ahrs_fmu.descriptors import Descriptor
 from ahrs_fmu.errors import BuildError
-from ahrs_fmu.native import Precision
+from ahrs_fmu.host_library import Precision
 
 Fmi = Literal["2", "3", "3-scalar"]
 Backend = Literal["c", "python"]
@@ -68,7 +68,11 @@ class Variant:
     @property
     def token(self) -> str:
         """Instantiation token (GUID in FMI 2): tells apart all that makes a saved state or a value reference differ."""
-        fields = {name: getattr(self.descriptor, name) for name in self.descriptor.__struct_fields__ if name != "folder"}
+        fields = {
+            name: getattr(self.descriptor, name)
+            for name in self.descriptor.__struct_fields__
+            if name != "folder"
+        }
         what: list[object] = [fields, self.fmi, self.backend, self.precision]
         what += [self.module.read_text(encoding="utf-8")] if self.module is not None else []
         text = msgspec.json.encode(what, order="deterministic")

@@ -1,4 +1,4 @@
-"""Messages between the FMU's library and this process; `fmu_src/python_model/engine_python.c` is the other side."""
+"""Messages with the FMU's library, whose side is `fmu_src/python_model/engine_python.c`."""
 
 from __future__ import annotations
 

@@ -201,6 +201,7 @@ def load(folder: Path) -> Model:
     )
     if model.descriptor.fingerprint() != given.fingerprint:
         raise DescriptorError(
-            f"{given.model} has other variables than when the FMU was built: build it again with the installed ahrs-fmu"
+            f"{given.model} has other variables than when the FMU was built: "
+            "build it again with the installed ahrs-fmu"
         )
     return model
