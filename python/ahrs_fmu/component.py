@@ -48,11 +48,14 @@ FIRST_VR: Mapping[Role, int] = {"input": 1, "output": 10_001, "parameter": 20_00
 
 _LARGEST_SIZE = 10_000
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-_C_KEYWORDS = frozenset(
-    "auto bool break case char const continue default do double else enum extern false float for goto if inline int "
-    "long offsetof register restrict return short signed sizeof static struct switch true typedef union unsigned "
-    "void volatile while time unused".split()
-)
+# fmt: off
+_C_KEYWORDS = frozenset({
+    "auto", "bool", "break", "case", "char", "const", "continue", "default", "do", "double", "else",
+    "enum", "extern", "false", "float", "for", "goto", "if", "inline", "int", "long", "offsetof",
+    "register", "restrict", "return", "short", "signed", "sizeof", "static", "struct", "switch", "true",
+    "typedef", "union", "unsigned", "void", "volatile", "while", "time", "unused",
+})
+# fmt: on
 
 
 class Declaration:
@@ -393,5 +396,6 @@ def _check_names_in_c(descriptor: Descriptor) -> None:
         for item in enumeration.items:
             if not _NAME.fullmatch(item.name):
                 raise DescriptorError(
-                    f"{descriptor.title}.{name}: the choice '{item.name}' is refused: use letters, digits and underscores"
+                    f"{descriptor.title}.{name}: the choice '{item.name}' is refused: "
+                    "use letters, digits and underscores"
                 )
