@@ -386,7 +386,7 @@ def _one_line(text: str) -> str:
 def _check_name(cls: type[Component], name: str) -> None:
     if not _NAME.fullmatch(name) or name in _C_KEYWORDS or keyword.iskeyword(name):
         raise DescriptorError(
-            f"{cls.__name__}.{name}: a variable's name begins with a letter, then letters, digits, underscores, "
+            f"{cls.__name__}.{name}: a name begins with a letter, then letters, digits, underscores, "
             "and is no word of C: choose another"
         )
 
