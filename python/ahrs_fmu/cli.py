@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ahrs_fmu.commands import bode, build, demo, design, fmu, replay, reproduce, terminal
+from ahrs_fmu.commands import bode, build, demo, design, export, fmu, replay, reproduce, terminal
 from ahrs_fmu.errors import AhrsError
 from ahrs_fmu.version import __version__
 
@@ -29,6 +29,7 @@ app = typer.Typer(
 )
 for command, examples in (
     (build.build, build.EXAMPLES),
+    (export.export, export.EXAMPLES),
     (fmu.info, fmu.INFO_EXAMPLES),
     (fmu.validate, fmu.VALIDATE_EXAMPLES),
     (replay.replay, replay.EXAMPLES),

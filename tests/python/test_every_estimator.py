@@ -263,5 +263,3 @@ def test_a_specific_force_that_compensation_turns_along_the_field_is_survived(na
     mag[50] = [1e-5, 0.0, 4.9e-5]
     result = make(name, motion_compensation=True).run(replace(record, accel=accel, mag=mag))
     assert np.all(np.isfinite(everything(result)))
-
-
