@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ahrs_fmu.commands import build, demo, fmu, replay, terminal
+from ahrs_fmu.commands import benchmark, build, demo, fmu, replay, terminal
 from ahrs_fmu.errors import AhrsError
 from ahrs_fmu.version import __version__
 
@@ -33,6 +33,7 @@ for command, examples in (
     (fmu.validate, fmu.VALIDATE_EXAMPLES),
     (replay.replay, replay.EXAMPLES),
     (demo.demo, demo.EXAMPLES),
+    (benchmark.benchmark, benchmark.EXAMPLES),
 ):
     app.command(epilog=f"\b{examples}")(command)
 

@@ -29,12 +29,13 @@ _SHADE = "#F3EFE0"
 _ERRORS = (("total", "#333333"), ("heading", "#D55E00"), ("inclination", "#009E73"))
 _ANGLES = ("roll", "pitch", "yaw")
 
-_WIDTH = 7.1
+WIDTH = 7.1
+"""Inches of a page that figures are as wide as."""
 _ROW_HEIGHT = 1.15
 _DPI = 200
 _BINS = 2000
 """Each line is drawn with two points per bin: finer than a printed page resolves."""
-_STYLE = {
+STYLE = {
     "font.size": 8.0,
     "axes.linewidth": 0.6,
     "axes.spines.top": False,
@@ -44,6 +45,7 @@ _STYLE = {
     "ytick.major.width": 0.6,
     "svg.hashsalt": "ahrs-fmu",
 }
+"""Look of every figure."""
 
 
 def replay_figure(record: Record, q: FloatArray, label: str) -> Figure:
@@ -65,8 +67,8 @@ def replay_figure(record: Record, q: FloatArray, label: str) -> Figure:
     """
     error = None if record.q_true is None else attitude_error(q, record.q_true)
     rows = len(_ANGLES) + (0 if error is None else len(_ERRORS))
-    with style.context(_STYLE):
-        figure = Figure(figsize=(_WIDTH, _ROW_HEIGHT * rows + 0.7), layout="constrained")
+    with style.context(STYLE):
+        figure = Figure(figsize=(WIDTH, _ROW_HEIGHT * rows + 0.7), layout="constrained")
         FigureCanvasAgg(figure)
         panels = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
         _draw_angles(panels[:3], record, q, label)
@@ -100,7 +102,7 @@ def save(figure: Figure, stem: Path) -> list[Path]:
     """
     stem.parent.mkdir(parents=True, exist_ok=True)
     png, svg = (stem.with_name(f"{stem.name}.{extension}") for extension in ("png", "svg"))
-    with style.context(_STYLE):
+    with style.context(STYLE):
         figure.savefig(png, dpi=_DPI, metadata={"Software": None})
         figure.savefig(svg, metadata={"Date": None, "Creator": None})
     return [png, svg]
