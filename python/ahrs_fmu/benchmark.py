@@ -36,12 +36,12 @@ _LAYOUT = "2"
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "undisturbed": ("undisturbed",),
-    "tapping, vibration": ("tapping", "vibration"),
-    "stationary magnet": ("stationary_magnet",),
+    "vibration": ("tapping", "vibration"),
+    "fixed magnet": ("stationary_magnet",),
     "attached magnet": ("attached_magnet",),
 }
 """Groups of trials by what their names contain."""
-OTHER_GROUP = "other disturbance"
+OTHER_GROUP = "other"
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,6 +177,12 @@ class Job:
     estimator: str
     trial: Trial
     stress: str = NOMINAL
+
+    @property
+    def label(self) -> str:
+        """Name of the filter in tables and figures."""
+        own = self.estimator in models.BY_NAME
+        return descriptors.load(self.estimator).title if own else self.estimator
 
     @property
     def is_possible(self) -> bool:
@@ -416,7 +422,7 @@ def _row(name: str, own: Sequence[Outcome]) -> Row:
     groups = dict.fromkeys([*GROUPS, OTHER_GROUP])
     totals = {g: [o.total for o in own if o.job.trial.group == g] for g in groups}
     return Row(
-        estimator=name,
+        estimator=own[0].job.label,
         total=fmean(o.total for o in own),
         heading=fmean(o.heading for o in own),
         inclination=fmean(o.inclination for o in own),
@@ -457,5 +463,7 @@ def stress_summary(outcomes: Sequence[Outcome]) -> list[StressRow]:
             if own:
                 flags = [o.implausible for o in own]
                 reported = None if np.isnan(flags).any() else sum(flag > 0.0 for flag in flags)
-                rows.append(StressRow(name, stress, fmean(o.total for o in own), reported, len(own)))
+                rows.append(
+                    StressRow(own[0].job.label, stress, fmean(o.total for o in own), reported, len(own))
+                )
     return rows

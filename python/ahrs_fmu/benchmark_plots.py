@@ -14,6 +14,8 @@ from ahrs_fmu.plots import STYLE, WIDTH
 
 _HEADING, _INCLINATION = "#D55E00", "#009E73"
 _CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#333333")
+LEAST = 0.05
+"""deg: smaller errors are not told apart by the optical system."""
 _PARTS = ("total", "heading", "inclination")
 
 
@@ -52,8 +54,9 @@ def bar_chart(rows: Sequence[Row], title: str) -> Figure:
         axes.set_yticks(place, [row.estimator for row in rows])
         axes.invert_yaxis()
         axes.set_xlabel("mean RMS error [deg]")
-        axes.set_title(title, loc="left")
-        axes.legend(frameon=False, loc="lower right")
+        figure.suptitle(title, fontsize=9.0, x=0.01, ha="left")
+        axes.set_xlim(right=1.1 * max(totals))
+        figure.legend(ncols=3, frameon=False, loc="upper right", borderaxespad=0.2)
     return figure
 
 
@@ -77,10 +80,12 @@ def trial_figure(outcomes: Sequence[Outcome]) -> Figure:
         for k, outcome in enumerate(outcomes):
             for panel, column in zip(panels, outcome.curves.T, strict=True):
                 colour = _CURVES[k % len(_CURVES)]
-                panel.plot(outcome.time, column, color=colour, linewidth=0.7, label=outcome.job.estimator)
+                panel.plot(outcome.time, column, color=colour, linewidth=0.7, label=outcome.job.label)
         for panel, part in zip(panels, _PARTS, strict=True):
             panel.set_ylabel(f"{part}\nerror [deg]")
-            panel.set_ylim(bottom=0.0)
+            # Logarithmic: filters differ by factors.
+            panel.set_yscale("log")
+            panel.set_ylim(bottom=LEAST)
         panels[-1].set_xlabel("time [s]")
         figure.suptitle(outcomes[0].job.trial.name, fontsize=9.0, x=0.01, ha="left")
         handles, names = panels[0].get_legend_handles_labels()

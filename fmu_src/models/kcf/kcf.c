@@ -27,7 +27,9 @@ static const ahrs_real SQRT2 = AHRS_C(1.41421356237309504880);
 static const ahrs_real HAND_TIME = AHRS_C(3.5), MULTIROTOR_TIME = AHRS_C(10.0); /* s */
 static const ahrs_real BIAS_GROWTH = AHRS_C(0.0017453292519943296);             /* rad/s, in bias_forget_time */
 
-static const ahrs_real REST_TIME = AHRS_C(1.5), REST_FILTER_TIME = AHRS_C(0.5); /* s */
+/* Just below 1.5 s and 0.5 s, so that a whole number of samples counts alike in both precisions. */
+static const ahrs_real REST_TIME = AHRS_C(1.4999), REST_START_TIME = AHRS_C(0.4999);
+static const ahrs_real REST_FILTER_TIME = AHRS_C(0.5); /* s */
 static const ahrs_real REST_GYRO = AHRS_C(0.03490658503988659);                 /* rad/s */
 static const ahrs_real REST_ACCEL = AHRS_C(0.5);                                /* m/s2 */
 
@@ -205,7 +207,7 @@ static void detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
     }
     const ahrs_real in[6] = {z->rate.x, z->rate.y, z->rate.z, z->force.x, z->force.y, z->force.z};
     ahrs_real deviation[6];
-    const bool starting = s->rest_age < REST_FILTER_TIME;
+    const bool starting = s->rest_age < REST_START_TIME;
     if (starting) {
         s->rest_age += z->dt;
         s->rest_count += 1;
@@ -214,7 +216,7 @@ static void detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
             const ahrs_real mean = s->rest_two[i] / s->rest_count;
             deviation[i] = in[i] - mean;
             s->rest_one[i] = 0;
-            if (!(s->rest_age < REST_FILTER_TIME)) {
+            if (!(s->rest_age < REST_START_TIME)) {
                 s->rest_two[i] = mean;
             }
         }
@@ -880,7 +882,8 @@ static void turn_heading(ahrs_kcf_state *s) {
 static void step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z, ahrs_real turn_time) {
     integrate(s, p, z, turn_time);
     detect_rest(s, z);
-    const ahrs_real half_step = AHRS_C(0.5) * z->dt;
+    /* Half a sample, and not quite, so that both precisions round a slow period alike. */
+    const ahrs_real half_step = AHRS_C(0.499) * z->dt;
     if (s->block_time + half_step >= p->slow_period) {
         run_phases(s, p, PHASES);
         begin_slow_step(s, p, z);

@@ -37,7 +37,7 @@ PROFILE_TIME = {"hand": 3.5, "multirotor": 10.0}
 """s, time constant of the tilt."""
 BIAS_GROWTH = np.radians(0.1)
 """rad/s, in bias_forget_time."""
-REST_TIME, REST_FILTER_TIME = 1.5, 0.5
+REST_TIME, REST_START_TIME, REST_FILTER_TIME = 1.4999, 0.4999, 0.5
 REST_GYRO, REST_ACCEL = np.radians(2.0), 0.5
 IRON_VARIANCE_MAX = 4.0
 IRON_MAX, SCALE_MAX, LATENCY_MAX = 10.0, 0.2, 0.1
@@ -286,7 +286,7 @@ class KCF(Filter[State]):
         p = self.p
         integrate(s, p, z, where, turn_time)
         detect_rest(s, z, where)
-        half = 0.5 * z.dt
+        half = 0.499 * z.dt
         due = where & (s["block_time"] + half >= p.slow_period)
         if due.any():
             run_phases(s, p, np.where(due, PHASES, 0))
@@ -453,7 +453,7 @@ def detect_rest(s: Work, z: Sample, where: Mask) -> None:
     """Low-pass gyroscope and accelerometer, see whether they stay near their averages."""
     usable = where & z.force_usable & ~(s["blind"] > 0.0)
     values = np.concatenate((z.rate, z.force), axis=-1)
-    starting = usable & (s["rest_age"] < REST_FILTER_TIME)
+    starting = usable & (s["rest_age"] < REST_START_TIME)
     running = usable & ~starting
     low = values
     if starting.any():
@@ -461,7 +461,7 @@ def detect_rest(s: Work, z: Sample, where: Mask) -> None:
         s.put(starting, "rest_count", s["rest_count"] + 1.0)
         s.put(starting, "rest_two", s["rest_two"] + values)
         mean = s["rest_two"] / s["rest_count"][..., None]
-        s.put(starting & (s["rest_age"] >= REST_FILTER_TIME), "rest_two", mean)
+        s.put(starting & (s["rest_age"] >= REST_START_TIME), "rest_two", mean)
         low = select(starting, mean, low)
     if running.any():
         g = np.tan(z.dt / (np.sqrt(2.0) * REST_FILTER_TIME))
