@@ -7,7 +7,7 @@ WORKERS ?= 2
 # Recordings with truth, used when they are there.
 export BROAD_DIR ?= $(abspath ../shared/data/broad)
 
-.PHONY: demo test test-all bench lint generate clean help
+.PHONY: demo test test-all bench lint generate pictures clean help
 
 help:
 	@echo "make demo       set up, build the FMUs, run the main example"
@@ -16,6 +16,7 @@ help:
 	@echo "make bench      timing, as ratios, to build/bench.json"
 	@echo "make lint       ruff and mypy"
 	@echo "make generate   rewrite what is generated from the descriptors"
+	@echo "make pictures   run the tutorial, which draws its pictures"
 	@echo "make clean      remove outputs and the virtual environment"
 
 $(STAMP): pyproject.toml
@@ -45,6 +46,10 @@ lint: $(STAMP)
 generate: $(STAMP)
 	$(PYTHON) -m ahrs_fmu.export.headers
 	$(PYTHON) -m ahrs_fmu.export.classes
+	$(PYTHON) -m ahrs_fmu.export.modelica
+
+pictures: $(STAMP)
+	$(PYTHON) docs/run_page.py docs/frequency.md
 
 clean:
 	rm -rf $(VENV) $(filter-out build/README.md,$(wildcard build/*))

@@ -414,11 +414,11 @@ def summary(outcomes: Sequence[Outcome]) -> list[Row]:
     for name in dict.fromkeys(o.job.estimator for o in outcomes):
         own = [o for o in outcomes if o.job.estimator == name and o.job.stress == NOMINAL]
         if own:
-            rows.append(_row(name, own))
+            rows.append(_row(own))
     return sorted(rows, key=lambda row: row.total)
 
 
-def _row(name: str, own: Sequence[Outcome]) -> Row:
+def _row(own: Sequence[Outcome]) -> Row:
     groups = dict.fromkeys([*GROUPS, OTHER_GROUP])
     totals = {g: [o.total for o in own if o.job.trial.group == g] for g in groups}
     return Row(

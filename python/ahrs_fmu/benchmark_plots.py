@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ahrs_fmu.benchmark import Outcome, Row
-from ahrs_fmu.plots import STYLE, WIDTH
+from ahrs_fmu.plots import PAGE_WIDTH, STYLE
 
 _HEADING, _INCLINATION = "#D55E00", "#009E73"
 _CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#333333")
@@ -35,7 +35,7 @@ def bar_chart(rows: Sequence[Row], title: str) -> Figure:
         Bars of the total error with its parts; a number at the end of each.
     """
     with style.context(STYLE):
-        figure = Figure(figsize=(WIDTH, 0.35 * len(rows) + 1.0), layout="constrained")
+        figure = Figure(figsize=(PAGE_WIDTH, 0.35 * len(rows) + 1.0), layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.subplots()
         place = np.arange(len(rows))
@@ -74,7 +74,7 @@ def trial_figure(outcomes: Sequence[Outcome]) -> Figure:
         Total, heading and inclination error below each other.
     """
     with style.context(STYLE):
-        figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+        figure = Figure(figsize=(PAGE_WIDTH, 4.6), layout="constrained")
         FigureCanvasAgg(figure)
         panels = figure.subplots(len(_PARTS), 1, sharex=True)
         for k, outcome in enumerate(outcomes):

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ahrs_fmu.commands import benchmark, build, demo, fmu, replay, terminal
+from ahrs_fmu.commands import benchmark, bode, build, demo, design, fmu, replay, terminal
 from ahrs_fmu.errors import AhrsError
 from ahrs_fmu.version import __version__
 
@@ -32,6 +32,10 @@ for command, examples in (
     (fmu.info, fmu.INFO_EXAMPLES),
     (fmu.validate, fmu.VALIDATE_EXAMPLES),
     (replay.replay, replay.EXAMPLES),
+    (bode.bode, bode.EXAMPLES),
+    (design.design, design.DESIGN_EXAMPLES),
+    (design.allan, design.ALLAN_EXAMPLES),
+    (design.explain, design.EXPLAIN_EXAMPLES),
     (demo.demo, demo.EXAMPLES),
     (benchmark.benchmark, benchmark.EXAMPLES),
 ):

@@ -29,8 +29,7 @@ _SHADE = "#F3EFE0"
 _ERRORS = (("total", "#333333"), ("heading", "#D55E00"), ("inclination", "#009E73"))
 _ANGLES = ("roll", "pitch", "yaw")
 
-WIDTH = 7.1
-"""Inches of a page that figures are as wide as."""
+PAGE_WIDTH = 7.1
 _ROW_HEIGHT = 1.15
 _DPI = 200
 _BINS = 2000
@@ -68,7 +67,7 @@ def replay_figure(record: Record, q: FloatArray, label: str) -> Figure:
     error = None if record.q_true is None else attitude_error(q, record.q_true)
     rows = len(_ANGLES) + (0 if error is None else len(_ERRORS))
     with style.context(STYLE):
-        figure = Figure(figsize=(WIDTH, _ROW_HEIGHT * rows + 0.7), layout="constrained")
+        figure = Figure(figsize=(PAGE_WIDTH, _ROW_HEIGHT * rows + 0.7), layout="constrained")
         FigureCanvasAgg(figure)
         panels = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
         _draw_angles(panels[:3], record, q, label)

@@ -28,8 +28,8 @@ TARGETS: Mapping[str, str] = {
 SUFFIXES: Mapping[str, str] = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
 
 # Contraction would round differently where a machine has a fused multiply-add; errno of the square root
-# would pull in a library call. Vectors of three and quaternions packed in pairs spend more on shuffling than they
-# gain in arithmetic.
+# would pull in a library call. Vectors of three and quaternions packed in pairs cost more in shuffling than
+# they gain in arithmetic.
 FLAGS: Sequence[str] = (
     "-std=c99",
     "-O2",

@@ -89,8 +89,8 @@ def test_every_error_of_the_sensors_is_learned() -> None:
     learned = {name: values[-1] for name, values in result.others.items()}
     np.testing.assert_allclose(result.gyro_bias[-1], BIAS, atol=0.03 * DEG)
     np.testing.assert_allclose(learned["hard_iron"], IRON, atol=0.3 * MICRO)
-    # A rotation of the gyroscope's axes against the others moves the estimate by a fixed angle only and makes no
-    # drift to learn from: the symmetric part is what can be seen.
+    # A rotation of the gyroscope's axes against the others moves the estimate by a fixed angle only and makes
+    # no drift to learn from: the symmetric part is what can be seen.
     scale = learned["gyro_scale"].reshape(3, 3)
     np.testing.assert_allclose(0.5 * (scale + scale.T), 0.5 * (SCALE + SCALE.T), atol=1.5e-3)
     assert np.all(np.diag(scale) / np.diag(SCALE) > 0.6)

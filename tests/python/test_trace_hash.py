@@ -13,8 +13,8 @@ import pytest
 from ahrs_fmu import Frame, Record, models
 
 HASHES = {
-    ("gcf", "double"): "3bfbf24835051536",
-    ("gcf", "single"): "ff6066a853cbbee3",
+    ("gcf", "double"): "a6c6ddce9032fcd6",
+    ("gcf", "single"): "664884fff44cec87",
     ("kcf", "double"): "e4f037b0325a5031",
     ("kcf", "single"): "511385a3008767cb",
 }

@@ -187,7 +187,7 @@ static void update(void *data, ahrs_real dt) {
     ahrs_kcf_update(&i->state, &i->params, &i->inputs, dt);
 }
 
-static void outputs(void *data) {
+static void compute_outputs(void *data) {
     instance *i = data;
     ahrs_kcf_outputs(&i->state, &i->params, &i->outputs);
 }
@@ -198,4 +198,4 @@ const fmu_model ahrs_kcf_model = {
     offsetof(instance, params.common.sample_time), 0.01,
     variables, sizeof variables / sizeof variables[0],
     limits, sizeof limits / sizeof limits[0],
-    defaults, init, update, outputs};
+    defaults, init, update, compute_outputs};

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,7 +52,7 @@ class Stepper(Protocol):
     def save(self) -> object:
         """Return the complete state, opaque to the caller."""
 
-    def restore(self, state: object) -> None:
+    def restore(self, state: Any) -> None:
         """Continue from a state that `save` returned."""
 
     def reset(self) -> None:

@@ -290,7 +290,7 @@ def model_table(descriptor: Descriptor) -> str:
         f"    {prefix}_update(&i->state, &i->params, &i->inputs, dt);",
         "}",
         "",
-        "static void outputs(void *data) {",
+        "static void compute_outputs(void *data) {",
         "    instance *i = data;",
         f"    {prefix}_outputs(&i->state, &i->params, &i->outputs);",
         "}",
@@ -301,7 +301,7 @@ def model_table(descriptor: Descriptor) -> str:
         f"    offsetof(instance, {sample_time}), {descriptor.default_sample_time!r},",
         "    variables, sizeof variables / sizeof variables[0],",
         "    limits, sizeof limits / sizeof limits[0]," if descriptor.limits else "    NULL, 0,",
-        "    defaults, init, update, outputs};",
+        "    defaults, init, update, compute_outputs};",
         "",
     ]
     return "\n".join(lines)

@@ -1,0 +1,2887 @@
+/* The attitude estimators in C, generated from fmu_src by `python -m ahrs_fmu.export.modelica`. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize("fp-contract=off")
+#endif
+
+/* Generated from models/gcf/gcf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_GCF_H
+#define AHRS_GCF_H
+
+/* Generated from estimator/estimator.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_ESTIMATOR_H
+#define AHRS_ESTIMATOR_H
+
+/* The one floating-point type of the state path: double, or float when AHRS_SINGLE is defined.
+ *
+ * Only + - * / and the square root are used below the outputs and above them too: they are rounded the same
+ * way on every machine, so a host, an FMU and a microcontroller agree to the bit in the same precision. */
+#ifndef AHRS_REAL_H
+#define AHRS_REAL_H
+
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef AHRS_SINGLE
+typedef float ahrs_real;
+#define AHRS_C(literal) literal##f
+#define AHRS_REAL_MAX FLT_MAX
+#define AHRS_REAL_EPSILON FLT_EPSILON
+#define ahrs_sqrt sqrtf
+#else
+typedef double ahrs_real;
+#define AHRS_C(literal) literal
+#define AHRS_REAL_MAX DBL_MAX
+#define AHRS_REAL_EPSILON DBL_EPSILON
+#define ahrs_sqrt sqrt
+#endif
+
+/* For functions of the sample path that are worth compiling anew where an argument is a constant, and for branches
+ * that a compiler should not turn into a wait for both sides. */
+#if defined(__GNUC__)
+#define AHRS_INLINE static inline __attribute__((always_inline))
+#define AHRS_UNLIKELY(condition) __builtin_expect((condition), 0)
+#elif defined(_MSC_VER)
+#define AHRS_INLINE static __forceinline
+#define AHRS_UNLIKELY(condition) (condition)
+#else
+#define AHRS_INLINE static inline
+#define AHRS_UNLIKELY(condition) (condition)
+#endif
+
+#define AHRS_PI AHRS_C(3.14159265358979323846)
+#define AHRS_INFINITY ((ahrs_real)INFINITY)
+
+static inline ahrs_real ahrs_abs(ahrs_real x) { return x < 0 ? -x : x; }
+static inline ahrs_real ahrs_min(ahrs_real x, ahrs_real y) { return x < y ? x : y; }
+static inline ahrs_real ahrs_max(ahrs_real x, ahrs_real y) { return x > y ? x : y; }
+
+static inline ahrs_real ahrs_clamp(ahrs_real x, ahrs_real low, ahrs_real high) {
+    return ahrs_max(low, ahrs_min(high, x));
+}
+
+/* False for NaN as well: every comparison with it fails. */
+static inline bool ahrs_is_finite(ahrs_real x) { return x >= -AHRS_REAL_MAX && x <= AHRS_REAL_MAX; }
+
+#endif
+
+/* Navigation frame with its body frame */
+enum {
+    AHRS_FRAME_NED = 0, /* north-east-down, body forward-right-down; level rest reads (0, 0, -g) */
+    AHRS_FRAME_ENU = 1, /* east-north-up, body forward-left-up; level rest reads (0, 0, +g) */
+};
+
+/* Where the local magnetic field is known from */
+enum {
+    AHRS_FIELD_REFERENCE_LEARNED = 0, /* from the samples that initialise the attitude */
+    AHRS_FIELD_REFERENCE_GIVEN = 1, /* from field_magnitude and field_dip */
+};
+
+/* Where the first attitude comes from */
+enum {
+    AHRS_INITIALISATION_SENSORS = 0, /* from accelerometer and magnetometer */
+    AHRS_INITIALISATION_GIVEN = 1, /* from q0 */
+};
+
+/* The worst condition now; one numbering for all estimators */
+enum {
+    AHRS_STATUS_NOMINAL = 0, /* every sensor is used */
+    AHRS_STATUS_MAG_DISTURBED = 1, /* the magnetic field differs from the reference */
+    AHRS_STATUS_MAG_UNUSED = 2, /* heading is integrated from the gyroscope */
+    AHRS_STATUS_ACCEL_UNUSED = 3, /* tilt is integrated from the gyroscope */
+    AHRS_STATUS_GYRO_HELD = 4, /* the gyroscope sample is unusable: the last usable rate is held */
+    AHRS_STATUS_STEP_REJECTED = 5, /* the time step is negative or not a number: nothing was done */
+    AHRS_STATUS_COVARIANCE_RESET = 6, /* the covariance had lost its meaning and was reset */
+    AHRS_STATUS_IMPLAUSIBLE = 7, /* the sensors contradict each other: check axes and signs */
+    AHRS_STATUS_INITIALISING_IN_MOTION = 8, /* no attitude yet, and the vehicle moves while samples are averaged */
+    AHRS_STATUS_INITIALISING = 9, /* no attitude yet: waiting for usable samples or averaging them */
+};
+
+typedef struct {
+    ahrs_real sample_time; /* Sample interval of the estimator [s] */
+    ahrs_real declination; /* Magnetic declination, east positive: turns the navigation frame from magnetic to true north [rad] */
+    ahrs_real gravity; /* Local gravity [m/s2] */
+    ahrs_real field_magnitude; /* Magnitude of the local field, used when field_reference is given [T] */
+    ahrs_real field_dip; /* Dip of the local field below the horizon, used when field_reference is given [rad] */
+    ahrs_real q0[4]; /* First attitude, in the frame of the output, used when initialisation is given; scaled to unit length [1] */
+    ahrs_real init_time; /* Time over which samples are averaged for the first attitude; 0 takes the first usable sample [s] */
+    ahrs_real motion_time_constant; /* How long an acceleration is taken for motion before it is taken for tilt; infinity never takes it back [s] */
+    ahrs_real accel_gate; /* Deviation of the specific force from gravity beyond which the accelerometer is ignored [m/s2] */
+    ahrs_real accel_gate_time; /* Longest time without the accelerometer; then it is used until it has been inside the gate once [s] */
+    int32_t frame; /* Navigation and body frame of inputs and outputs (enumeration frame) */
+    int32_t field_reference; /* Where the local magnetic field is known from (enumeration field_reference) */
+    int32_t initialisation; /* Where the first attitude comes from (enumeration initialisation) */
+    int32_t motion_compensation; /* Subtract the estimated motion acceleration from the accelerometer; tilt is then observed more slowly */
+    int32_t accel_gating; /* Ignore the accelerometer while its magnitude is far from gravity */
+} ahrs_estimator_params;
+
+typedef struct {
+    ahrs_real gyro[3]; /* Angular rate of the body, body axes: mean over the sample interval that ends now [rad/s] */
+    ahrs_real accel[3]; /* Specific force (what an accelerometer reads), body axes; zero counts as no measurement [m/s2] */
+    ahrs_real mag[3]; /* Magnetic flux density, body axes; zero counts as no measurement [T] */
+    int32_t accel_valid; /* False: do not use the accelerometer now */
+    int32_t mag_valid; /* False: do not use the magnetometer now */
+} ahrs_estimator_inputs;
+
+typedef struct {
+    ahrs_real q[4]; /* Attitude quaternion, body to navigation, Hamilton product, scalar first [1] */
+    ahrs_real roll; /* Roll angle (z-y-x order) [rad] */
+    ahrs_real pitch; /* Pitch angle (z-y-x order) [rad] */
+    ahrs_real yaw; /* Yaw angle (z-y-x order): NED from north, clockwise seen from above; ENU from east, counter-clockwise [rad] */
+    ahrs_real rate[3]; /* Angular rate without the estimated bias, body axes [rad/s] */
+    ahrs_real gyro_bias[3]; /* Estimated gyroscope bias, body axes [rad/s] */
+    ahrs_real motion_accel[3]; /* Estimated motion acceleration (accelerometer without gravity), body axes [m/s2] */
+    int32_t status; /* The worst condition now (enumeration status) */
+    int32_t gyro_held; /* The last gyroscope sample was unusable and an earlier rate was held */
+    int32_t accel_used; /* The last accelerometer sample corrected the attitude */
+    int32_t mag_used; /* The last magnetometer sample corrected the attitude */
+} ahrs_estimator_outputs_t;
+
+typedef struct {
+    ahrs_real q[4]; /* Attitude, body (forward-right-down) to magnetic north-east-down [1] */
+    ahrs_real gyro[3]; /* Last usable rate [rad/s] */
+    ahrs_real force[3]; /* Last usable specific force; without one, the force that keeps the motion acceleration [m/s2] */
+    ahrs_real field[2]; /* Reference field: horizontal and downward part [T] */
+    ahrs_real accel_sum[3]; /* Sum of the accelerometer samples that initialise the attitude [m/s2] */
+    ahrs_real mag_sum[3]; /* Sum of the magnetometer samples that initialise the attitude [T] */
+    ahrs_real elapsed; /* Time since the first sample that initialises the attitude [s] */
+    ahrs_real gated; /* Time for which the accelerometer has been ignored because of its magnitude [s] */
+    int32_t conditions; /* Bits of ahrs_condition: what is known, what was used, what went wrong at the last sample */
+} ahrs_estimator_state;
+
+#endif
+
+/* Generalized complementary filter. Integrates the gyroscope and corrects the attitude by H(s) times the
+ * error between measured and expected directions of gravity and magnetic north. H(s) is of first order (kp),
+ * second order (kp, ki: the gyroscope bias is learned) or third order (kp, ki, kii: a ramp of the bias is
+ * followed too). With the decoupled error the loop gain is one on all axes, so that the crossover frequency
+ * is the one designed.
+ */
+
+/* What the filter stores as its attitude; all give the same attitude away from their singularities */
+enum {
+    AHRS_GCF_REALISATION_QUATERNION = 0, /* a unit quaternion */
+    AHRS_GCF_REALISATION_VECTOR = 1, /* the directions of gravity and magnetic north in body axes */
+    AHRS_GCF_REALISATION_DCM = 2, /* a rotation matrix */
+    AHRS_GCF_REALISATION_EULER = 3, /* roll, pitch, yaw: singular at 90 deg of pitch */
+};
+
+/* What the error is formed from */
+enum {
+    AHRS_GCF_FORM_DIRECT = 0, /* the measured vectors themselves */
+    AHRS_GCF_FORM_ATTITUDE = 1, /* an attitude computed from accelerometer and magnetometer first */
+};
+
+/* How the vector errors are put together */
+enum {
+    AHRS_GCF_ERROR_DECOUPLED = 0, /* tilt from gravity, heading from the horizontal field: loop gain one on all axes */
+    AHRS_GCF_ERROR_COUPLED = 1, /* the sum of both cross products, weighted kg and kh: loop gain depends on the dip */
+};
+
+typedef struct {
+    ahrs_estimator_params common;
+    ahrs_real kp; /* Proportional gain: about the crossover frequency between accelerometer/magnetometer and gyroscope [rad/s] */
+    ahrs_real ki; /* Integral gain: how fast the gyroscope bias is learned; 0 makes the filter first order [rad2/s2] */
+    ahrs_real kii; /* Double integral gain: follows a ramp of the gyroscope bias; 0 leaves the filter second order [rad3/s3] */
+    ahrs_real bias_limit; /* Largest gyroscope bias that is learned, per axis [rad/s] */
+    ahrs_real kg; /* Weight of the gravity error, used when error is coupled [1] */
+    ahrs_real kh; /* Weight of the magnetic field error, used when error is coupled [1] */
+    int32_t realisation; /* What the filter stores as its attitude (enumeration realisation) */
+    int32_t form; /* What the error is formed from (enumeration form) */
+    int32_t error; /* How the vector errors are put together (enumeration error) */
+} ahrs_gcf_params;
+
+typedef ahrs_estimator_inputs ahrs_gcf_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+} ahrs_gcf_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+    ahrs_real bias[3]; /* Gyroscope bias: the integrator of H(s) [rad/s] */
+    ahrs_real drift[3]; /* Rate of change of the bias: the double integrator of H(s) [rad/s2] */
+    ahrs_real store[9]; /* The attitude as the realisation stores it (unused by quaternion) [1] */
+} ahrs_gcf_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_gcf_init(ahrs_gcf_state *s, const ahrs_gcf_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_gcf_update(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_gcf_inputs *u, ahrs_real dt);
+
+static inline void ahrs_gcf_outputs(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_gcf_outputs_t *y);
+
+#endif
+/* What all estimators share: which samples are usable, the first attitude, motion compensation, gating, frames and
+ * the common outputs. An estimator's update is
+ *
+ *     switch (ahrs_estimator_begin(&s->common, &p->common, u, dt, &z)) { ... }   what to do with this sample
+ *     predict with z.rate, correct with z.accel and z.mag where they are usable
+ *     ahrs_estimator_end(&s->common, &p->common, &z, q);                         the new attitude
+ *
+ * Inside, the axes are forward-right-down and north-east-down with magnetic north (docs/algorithms.md section 0). */
+#ifndef ESTIMATOR_H
+#define ESTIMATOR_H
+
+/* Unit quaternions, Hamilton product, scalar first, passed by value.
+ * As an attitude q turns body vectors into navigation vectors: v_n = q v_b q* (docs/algorithms.md section 0). */
+#ifndef AHRS_QUAT_H
+#define AHRS_QUAT_H
+
+/* 3 x 3 matrices, row by row, passed by value. */
+#ifndef AHRS_MAT3_H
+#define AHRS_MAT3_H
+
+/* Three-dimensional vectors, passed by value. */
+#ifndef AHRS_VEC3_H
+#define AHRS_VEC3_H
+
+
+typedef struct {
+    ahrs_real x, y, z;
+} ahrs_vec3;
+
+static inline ahrs_vec3 ahrs_vec3_of(const ahrs_real v[3]) { return (ahrs_vec3){v[0], v[1], v[2]}; }
+
+static inline void ahrs_vec3_to(ahrs_real out[3], ahrs_vec3 v) {
+    out[0] = v.x;
+    out[1] = v.y;
+    out[2] = v.z;
+}
+
+static inline ahrs_vec3 ahrs_vec3_add(ahrs_vec3 a, ahrs_vec3 b) { return (ahrs_vec3){a.x + b.x, a.y + b.y, a.z + b.z}; }
+static inline ahrs_vec3 ahrs_vec3_sub(ahrs_vec3 a, ahrs_vec3 b) { return (ahrs_vec3){a.x - b.x, a.y - b.y, a.z - b.z}; }
+static inline ahrs_vec3 ahrs_vec3_scale(ahrs_vec3 a, ahrs_real k) { return (ahrs_vec3){a.x * k, a.y * k, a.z * k}; }
+static inline ahrs_vec3 ahrs_vec3_negate(ahrs_vec3 a) { return (ahrs_vec3){-a.x, -a.y, -a.z}; }
+
+/* a + k b */
+static inline ahrs_vec3 ahrs_vec3_add_scaled(ahrs_vec3 a, ahrs_real k, ahrs_vec3 b) {
+    return (ahrs_vec3){a.x + k * b.x, a.y + k * b.y, a.z + k * b.z};
+}
+
+static inline ahrs_real ahrs_vec3_dot(ahrs_vec3 a, ahrs_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+static inline ahrs_vec3 ahrs_vec3_cross(ahrs_vec3 a, ahrs_vec3 b) {
+    return (ahrs_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+static inline ahrs_real ahrs_vec3_norm2(ahrs_vec3 a) { return ahrs_vec3_dot(a, a); }
+static inline ahrs_real ahrs_vec3_norm(ahrs_vec3 a) { return ahrs_sqrt(ahrs_vec3_norm2(a)); }
+
+/* The caller makes sure that the vector is not zero. */
+static inline ahrs_vec3 ahrs_vec3_unit(ahrs_vec3 a) { return ahrs_vec3_scale(a, 1 / ahrs_vec3_norm(a)); }
+
+static inline bool ahrs_vec3_is_finite(ahrs_vec3 a) {
+    return ahrs_is_finite(a.x) && ahrs_is_finite(a.y) && ahrs_is_finite(a.z);
+}
+
+#endif
+
+typedef struct {
+    ahrs_vec3 row[3];
+} ahrs_mat3;
+
+static inline ahrs_vec3 ahrs_mat3_apply(ahrs_mat3 m, ahrs_vec3 v) {
+    return (ahrs_vec3){ahrs_vec3_dot(m.row[0], v), ahrs_vec3_dot(m.row[1], v), ahrs_vec3_dot(m.row[2], v)};
+}
+
+/* transpose(m) v */
+static inline ahrs_vec3 ahrs_mat3_apply_transposed(ahrs_mat3 m, ahrs_vec3 v) {
+    const ahrs_vec3 xy = ahrs_vec3_add_scaled(ahrs_vec3_scale(m.row[0], v.x), v.y, m.row[1]);
+    return ahrs_vec3_add_scaled(xy, v.z, m.row[2]);
+}
+
+static inline ahrs_mat3 ahrs_mat3_mul(ahrs_mat3 a, ahrs_mat3 b) {
+    return (ahrs_mat3){{ahrs_mat3_apply_transposed(b, a.row[0]), ahrs_mat3_apply_transposed(b, a.row[1]),
+                        ahrs_mat3_apply_transposed(b, a.row[2])}};
+}
+
+#endif
+/* Sine, cosine, arc tangent and exponential from + - * / and the square root, so that their bits do not depend
+ * on a C library. Accurate to about one unit in the last place for the arguments an estimator meets. */
+#ifndef AHRS_TRIG_H
+#define AHRS_TRIG_H
+
+
+/* Beyond this angle the position within a turn is no longer known well enough to mean anything. */
+#define AHRS_ANGLE_MAX AHRS_C(1e6)
+
+/* The half turn split into parts of few bits, so that k times the leading parts is exact. */
+#ifdef AHRS_SINGLE
+#define AHRS_HALF_PI_1 1.5703125f
+#define AHRS_HALF_PI_2 0.0004837512969970703f
+#define AHRS_HALF_PI_3 7.54979e-08f
+#define AHRS_LN2_1 0.693115234375f
+#define AHRS_LN2_2 3.1946183e-05f
+#else
+#define AHRS_HALF_PI_1 1.5707963267341256
+#define AHRS_HALF_PI_2 6.077100506303966e-11
+#define AHRS_HALF_PI_3 2.0222662487959506e-21
+#define AHRS_LN2_1 0.6931471804855391
+#define AHRS_LN2_2 7.440617110012397e-11
+#endif
+
+/* cos(x) and sin(x)/x as series in x^2 for |x| <= pi/4, in pairs of terms that do not wait for each other. */
+static inline ahrs_real ahrs_cos_series(ahrs_real x2) {
+    const ahrs_real x4 = x2 * x2;
+    const ahrs_real low = (1 - AHRS_C(0.5) * x2) + x4 * (AHRS_C(0.041666666666666664) - AHRS_C(0.001388888888888889) * x2);
+    const ahrs_real high = (AHRS_C(2.48015873015873e-05) - AHRS_C(2.7557319223985893e-07) * x2) +
+                           x4 * (AHRS_C(2.08767569878681e-09) - AHRS_C(1.1470745597729725e-11) * x2 +
+                                 AHRS_C(4.779477332387385e-14) * x4);
+    return low + (x4 * x4) * high;
+}
+
+static inline ahrs_real ahrs_sinc_series(ahrs_real x2) {
+    const ahrs_real x4 = x2 * x2;
+    const ahrs_real low = (1 - AHRS_C(0.16666666666666666) * x2) +
+                          x4 * (AHRS_C(0.008333333333333333) - AHRS_C(0.0001984126984126984) * x2);
+    const ahrs_real high = (AHRS_C(2.7557319223985893e-06) - AHRS_C(2.505210838544172e-08) * x2) +
+                           x4 * (AHRS_C(1.6059043836821613e-10) - AHRS_C(7.647163731819816e-13) * x2);
+    return low + (x4 * x4) * high;
+}
+
+static inline void ahrs_sincos(ahrs_real x, ahrs_real *sine, ahrs_real *cosine) {
+    if (!(ahrs_abs(x) <= AHRS_ANGLE_MAX)) {
+        *sine = 0;
+        *cosine = 1;
+        return;
+    }
+    const ahrs_real turns = x * (2 / AHRS_PI);
+    const int32_t k = (int32_t)(turns + (turns < 0 ? AHRS_C(-0.5) : AHRS_C(0.5)));
+    const ahrs_real n = (ahrs_real)k;
+    const ahrs_real r = ((x - n * AHRS_HALF_PI_1) - n * AHRS_HALF_PI_2) - n * AHRS_HALF_PI_3;
+    const ahrs_real c = ahrs_cos_series(r * r);
+    const ahrs_real s = r * ahrs_sinc_series(r * r);
+    switch (k & 3) {
+    case 0: *sine = s; *cosine = c; break;
+    case 1: *sine = c; *cosine = -s; break;
+    case 2: *sine = -s; *cosine = -c; break;
+    default: *sine = -c; *cosine = s; break;
+    }
+}
+
+/* The angle of the point (x, y); 0 for the origin. */
+static inline ahrs_real ahrs_atan2(ahrs_real y, ahrs_real x) {
+    static const ahrs_real ATAN_EIGHTHS[9] = {
+        AHRS_C(0.0), AHRS_C(0.12435499454676144), AHRS_C(0.24497866312686414),
+        AHRS_C(0.35877067027057225), AHRS_C(0.4636476090008061), AHRS_C(0.5585993153435624),
+        AHRS_C(0.6435011087932844), AHRS_C(0.7188299996216245), AHRS_C(0.7853981633974483)};
+    const ahrs_real ax = ahrs_abs(x), ay = ahrs_abs(y);
+    const bool steep = ay > ax;
+    const ahrs_real large = steep ? ay : ax, small = steep ? ax : ay;
+    if (!(large > 0) || !ahrs_is_finite(large)) {
+        return 0;
+    }
+    /* atan(t) = atan(c) + atan((t - c)/(1 + t c)) with c the nearest eighth leaves |argument| <= 1/16. */
+    const ahrs_real t = small / large;
+    const int32_t k = (int32_t)(8 * t + AHRS_C(0.5));
+    const ahrs_real c = (ahrs_real)k / 8;
+    const ahrs_real z = (t - c) / (1 + t * c);
+    const ahrs_real z2 = z * z;
+    ahrs_real series = AHRS_C(0.07692307692307693);
+    series = series * z2 - AHRS_C(0.09090909090909091);
+    series = series * z2 + AHRS_C(0.1111111111111111);
+    series = series * z2 - AHRS_C(0.14285714285714285);
+    series = series * z2 + AHRS_C(0.2);
+    series = series * z2 - AHRS_C(0.3333333333333333);
+    ahrs_real angle = ATAN_EIGHTHS[k] + (z + z * z2 * series);
+    angle = steep ? AHRS_PI / 2 - angle : angle;
+    angle = x < 0 ? AHRS_PI - angle : angle;
+    return y < 0 ? -angle : angle;
+}
+
+/* exp(-x) for x >= 0, infinity included. */
+static inline ahrs_real ahrs_exp_decay(ahrs_real x) {
+    if (!(x < 80)) {
+        return 0;
+    }
+    const int32_t k = (int32_t)(x * AHRS_C(1.4426950408889634) + AHRS_C(0.5));
+    const ahrs_real n = (ahrs_real)k;
+    const ahrs_real r = (x - n * AHRS_LN2_1) - n * AHRS_LN2_2;
+    ahrs_real y = 1;
+    for (int32_t i = 15; i > 0; i--) {
+        y = 1 - y * (r * (1 / (ahrs_real)i));
+    }
+    for (int32_t i = 0; i < k; i++) {
+        y *= AHRS_C(0.5);
+    }
+    return y;
+}
+
+#endif
+
+typedef struct {
+    ahrs_real w, x, y, z;
+} ahrs_quat;
+
+#define AHRS_QUAT_IDENTITY ((ahrs_quat){1, 0, 0, 0})
+
+static inline ahrs_quat ahrs_quat_of(const ahrs_real q[4]) { return (ahrs_quat){q[0], q[1], q[2], q[3]}; }
+
+static inline void ahrs_quat_to(ahrs_real out[4], ahrs_quat q) {
+    out[0] = q.w;
+    out[1] = q.x;
+    out[2] = q.y;
+    out[3] = q.z;
+}
+
+static inline ahrs_quat ahrs_quat_mul(ahrs_quat p, ahrs_quat q) {
+    return (ahrs_quat){(p.w * q.w - p.x * q.x) - (p.y * q.y + p.z * q.z),
+                       (p.w * q.x + p.x * q.w) + (p.y * q.z - p.z * q.y),
+                       (p.w * q.y + p.y * q.w) + (p.z * q.x - p.x * q.z),
+                       (p.w * q.z + p.z * q.w) + (p.x * q.y - p.y * q.x)};
+}
+
+static inline ahrs_quat ahrs_quat_conj(ahrs_quat q) { return (ahrs_quat){q.w, -q.x, -q.y, -q.z}; }
+static inline ahrs_quat ahrs_quat_negate(ahrs_quat q) { return (ahrs_quat){-q.w, -q.x, -q.y, -q.z}; }
+static inline ahrs_real ahrs_quat_dot(ahrs_quat p, ahrs_quat q) { return (p.w * q.w + p.x * q.x) + (p.y * q.y + p.z * q.z); }
+
+static inline ahrs_quat ahrs_quat_scale(ahrs_quat q, ahrs_real k) {
+    return (ahrs_quat){q.w * k, q.x * k, q.y * k, q.z * k};
+}
+
+/* q, or -q where that is nearer to the reference: the same attitude without a jump of sign. */
+static inline ahrs_quat ahrs_quat_near(ahrs_quat q, ahrs_quat reference) {
+    return ahrs_quat_dot(q, reference) < 0 ? ahrs_quat_negate(q) : q;
+}
+
+/* The caller makes sure that q is not zero. */
+static inline ahrs_quat ahrs_quat_unit(ahrs_quat q) { return ahrs_quat_scale(q, 1 / ahrs_sqrt(ahrs_quat_dot(q, q))); }
+
+/* Takes out the rounding of a product of unit quaternions: one Newton step of 1/sqrt at 1. */
+static inline ahrs_quat ahrs_quat_refine(ahrs_quat q) {
+    return ahrs_quat_scale(q, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_quat_dot(q, q));
+}
+
+/* cos(n/2) and sin(n/2)/n of a rotation vector whose length n has the square n2. */
+AHRS_INLINE void ahrs_half_angle(ahrs_real n2, ahrs_real *cosine, ahrs_real *sinc) {
+    if (AHRS_UNLIKELY(n2 > AHRS_C(0.01))) {
+        const ahrs_real n = ahrs_sqrt(n2);
+        ahrs_real s, c;
+        ahrs_sincos(AHRS_C(0.5) * n, &s, &c);
+        *cosine = c;
+        *sinc = s / n;
+    } else {
+        /* The rotation of one sample seldom exceeds 0.1 rad: the series are short. */
+        const ahrs_real n4 = n2 * n2;
+        *cosine = (1 - n2 * (AHRS_C(1.0) / 8)) + n4 * (AHRS_C(1.0) / 384 - n2 * (AHRS_C(1.0) / 46080));
+        *sinc = (AHRS_C(0.5) - n2 * (AHRS_C(1.0) / 48)) + n4 * (AHRS_C(1.0) / 3840 - n2 * (AHRS_C(1.0) / 645120));
+    }
+}
+
+/* Rotation vector to quaternion: [cos(|v|/2), sin(|v|/2) v/|v|]. */
+AHRS_INLINE ahrs_quat ahrs_quat_exp(ahrs_vec3 v) {
+    ahrs_real c, k;
+    ahrs_half_angle(ahrs_vec3_norm2(v), &c, &k);
+    return (ahrs_quat){c, k * v.x, k * v.y, k * v.z};
+}
+
+/* q exp(v), the attitude q after the body has turned by v. The product of q and the vector, [0, v], does not wait for
+ * the series. */
+AHRS_INLINE ahrs_quat ahrs_quat_turn(ahrs_quat q, ahrs_vec3 v) {
+    ahrs_real c, k;
+    ahrs_half_angle(ahrs_vec3_norm2(v), &c, &k);
+    return (ahrs_quat){c * q.w - k * (q.x * v.x + q.y * v.y + q.z * v.z),
+                       c * q.x + k * (q.w * v.x + q.y * v.z - q.z * v.y),
+                       c * q.y + k * (q.w * v.y + q.z * v.x - q.x * v.z),
+                       c * q.z + k * (q.w * v.z + q.x * v.y - q.y * v.x)};
+}
+
+/* Quaternion to the shortest rotation vector. */
+static inline ahrs_vec3 ahrs_quat_log(ahrs_quat q) {
+    const ahrs_quat p = q.w < 0 ? ahrs_quat_negate(q) : q;
+    const ahrs_vec3 v = {p.x, p.y, p.z};
+    const ahrs_real sine = ahrs_vec3_norm(v);
+    /* Below this the angle and its sine agree to the last bit. */
+    const ahrs_real k = sine < AHRS_C(1e-4) * ahrs_sqrt(AHRS_REAL_EPSILON) ? 2 / p.w : 2 * ahrs_atan2(sine, p.w) / sine;
+    return ahrs_vec3_scale(v, k);
+}
+
+/* The rows of C_nb: the navigation axes seen in body axes. */
+static inline ahrs_vec3 ahrs_quat_north(ahrs_quat q) {
+    return (ahrs_vec3){(q.w * q.w + q.x * q.x) - (q.y * q.y + q.z * q.z), 2 * (q.x * q.y - q.w * q.z),
+                       2 * (q.x * q.z + q.w * q.y)};
+}
+
+static inline ahrs_vec3 ahrs_quat_east(ahrs_quat q) {
+    return (ahrs_vec3){2 * (q.x * q.y + q.w * q.z), (q.w * q.w - q.x * q.x) + (q.y * q.y - q.z * q.z),
+                       2 * (q.y * q.z - q.w * q.x)};
+}
+
+static inline ahrs_vec3 ahrs_quat_down(ahrs_quat q) {
+    return (ahrs_vec3){2 * (q.x * q.z - q.w * q.y), 2 * (q.y * q.z + q.w * q.x),
+                       (q.w * q.w - q.x * q.x) - (q.y * q.y - q.z * q.z)};
+}
+
+AHRS_INLINE ahrs_mat3 ahrs_quat_to_mat3(ahrs_quat q) {
+    return (ahrs_mat3){{ahrs_quat_north(q), ahrs_quat_east(q), ahrs_quat_down(q)}};
+}
+
+/* Body to navigation, and back. */
+static inline ahrs_vec3 ahrs_quat_rotate(ahrs_quat q, ahrs_vec3 v) { return ahrs_mat3_apply(ahrs_quat_to_mat3(q), v); }
+
+static inline ahrs_vec3 ahrs_quat_rotate_back(ahrs_quat q, ahrs_vec3 v) {
+    return ahrs_mat3_apply_transposed(ahrs_quat_to_mat3(q), v);
+}
+
+/* From a rotation matrix, whose entries give four times the products of one component with all of them. That
+ * component, half the root of the pivot, is the largest one: no division is by a small number. */
+static inline ahrs_quat ahrs_quat_from_mat3(ahrs_mat3 c) {
+    const ahrs_vec3 *r = c.row;
+    ahrs_quat q;
+    ahrs_real pivot;
+    if (r[0].x + r[1].y + r[2].z > 0) {
+        pivot = 1 + r[0].x + r[1].y + r[2].z;
+        q = (ahrs_quat){pivot, r[2].y - r[1].z, r[0].z - r[2].x, r[1].x - r[0].y};
+    } else if (r[0].x >= r[1].y && r[0].x >= r[2].z) {
+        pivot = 1 + r[0].x - r[1].y - r[2].z;
+        q = (ahrs_quat){r[2].y - r[1].z, pivot, r[1].x + r[0].y, r[0].z + r[2].x};
+    } else if (r[1].y >= r[2].z) {
+        pivot = 1 - r[0].x + r[1].y - r[2].z;
+        q = (ahrs_quat){r[0].z - r[2].x, r[1].x + r[0].y, pivot, r[2].y + r[1].z};
+    } else {
+        pivot = 1 - r[0].x - r[1].y + r[2].z;
+        q = (ahrs_quat){r[1].x - r[0].y, r[0].z + r[2].x, r[2].y + r[1].z, pivot};
+    }
+    return ahrs_quat_scale(q, AHRS_C(0.5) / pivot * ahrs_sqrt(pivot));
+}
+
+/* Roll, pitch and yaw, z-y-x order (docs/algorithms.md section 0). */
+static inline ahrs_vec3 ahrs_quat_to_euler(ahrs_quat q) {
+    const ahrs_vec3 down = ahrs_quat_down(q);
+    const ahrs_real north_x = (q.w * q.w + q.x * q.x) - (q.y * q.y + q.z * q.z);
+    /* The arc tangent keeps its accuracy at 90 deg of pitch, where the arc sine loses half of the digits. */
+    const ahrs_real level = ahrs_sqrt(down.y * down.y + down.z * down.z);
+    return (ahrs_vec3){ahrs_atan2(down.y, down.z), ahrs_atan2(-down.x, level),
+                       ahrs_atan2(2 * (q.x * q.y + q.w * q.z), north_x)};
+}
+
+static inline ahrs_quat ahrs_quat_from_euler(ahrs_vec3 euler) {
+    ahrs_real sr, cr, sp, cp, sy, cy;
+    ahrs_sincos(AHRS_C(0.5) * euler.x, &sr, &cr);
+    ahrs_sincos(AHRS_C(0.5) * euler.y, &sp, &cp);
+    ahrs_sincos(AHRS_C(0.5) * euler.z, &sy, &cy);
+    return (ahrs_quat){cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
+                       cr * cp * sy - sr * sp * cy};
+}
+
+#endif
+
+/* Larger samples are not physical and count as no measurement; their squares still fit into a float. */
+#define AHRS_GYRO_LIMIT AHRS_C(1e3)
+#define AHRS_ACCEL_LIMIT AHRS_C(1e4)
+#define AHRS_MAG_LIMIT AHRS_C(1.0)
+
+#define AHRS_ACCEL_LEAST AHRS_C(0.1)  /* of gravity: below is free fall */
+#define AHRS_MAG_LEAST AHRS_C(1e-3)   /* of the reference field */
+#define AHRS_MAG_SINE AHRS_C(0.05)    /* of the angle between field and gravity: below there is no heading */
+#define AHRS_LONGEST_STEP AHRS_C(0.5) /* s: after a longer gap the attitude is carried on, not corrected */
+#define AHRS_REST_RATE AHRS_C(0.1)    /* rad/s: faster is motion */
+#define AHRS_REST_FORCE AHRS_C(0.5)   /* m/s2: specific force further from gravity is motion */
+
+/* Bits of ahrs_estimator_state.conditions. */
+enum {
+    AHRS_HAS_ATTITUDE = 1,
+    AHRS_HAS_HEADING = 2,
+    AHRS_HAS_FIELD = 4,
+    AHRS_GYRO_HELD = 8,
+    AHRS_ACCEL_USED = 16,
+    AHRS_MAG_USED = 32,
+    AHRS_STEP_REJECTED = 64,
+    AHRS_MOVED = 128,
+    AHRS_COVARIANCE_RESET = 256,
+    AHRS_ACCEL_SUMMED = 512,
+    AHRS_MAG_SUMMED = 1024,
+    AHRS_IMPLAUSIBLE = 2048,
+    AHRS_MAG_DISTURBED = 4096
+};
+
+/* Those that tell of one sample only. */
+#define AHRS_MOMENTARY                                                                                           \
+    (AHRS_GYRO_HELD | AHRS_ACCEL_USED | AHRS_MAG_USED | AHRS_STEP_REJECTED | AHRS_COVARIANCE_RESET |           \
+     AHRS_IMPLAUSIBLE | AHRS_MAG_DISTURBED)
+
+typedef enum {
+    AHRS_WAIT,  /* nothing to do: no attitude yet, or no time has passed */
+    AHRS_START, /* the first attitude is in the common state: begin from it */
+    AHRS_TURN,  /* as AHRS_RUN, after taking over the attitude in the common state: its heading was turned */
+    AHRS_RUN    /* predict and correct */
+} ahrs_action;
+
+/* One sample in inner axes. Vectors that are not usable are zero. */
+typedef struct {
+    ahrs_vec3 rate;  /* rad/s */
+    ahrs_vec3 force; /* m/s2, the accelerometer as read */
+    ahrs_vec3 accel; /* m/s2, without the motion acceleration where that is compensated */
+    ahrs_vec3 mag;   /* T */
+    ahrs_vec3 motion; /* m/s2, expected motion acceleration; only where it is compensated or not measured */
+    bool force_usable, accel_usable, mag_usable;
+    ahrs_real dt;      /* s, of the prediction */
+    ahrs_real gain_dt; /* s, of the correction: 0 after a gap */
+} ahrs_sample;
+
+static inline bool ahrs_condition(const ahrs_estimator_state *s, int32_t bit) { return (s->conditions & bit) != 0; }
+
+static inline void ahrs_set_condition(ahrs_estimator_state *s, int32_t bit, bool on) {
+    s->conditions = on ? s->conditions | bit : s->conditions & ~bit;
+}
+
+/* Forward-left-up to forward-right-down, and back. */
+AHRS_INLINE ahrs_vec3 ahrs_swap_body(int32_t frame, ahrs_vec3 v) {
+    return AHRS_UNLIKELY(frame == AHRS_FRAME_ENU) ? (ahrs_vec3){v.x, -v.y, -v.z} : v;
+}
+
+/* North-east-down with forward-right-down to east-north-up with forward-left-up, and back: two half turns. */
+static inline ahrs_quat ahrs_swap_frames(ahrs_quat q) {
+    const ahrs_real r = AHRS_C(0.70710678118654752440);
+    return (ahrs_quat){r * (q.w + q.z), r * (q.x + q.y), r * (q.x - q.y), r * (q.w - q.z)};
+}
+
+/* Turns the navigation frame of an inner attitude by the declination, in the inner axes. */
+static inline ahrs_quat ahrs_decline(ahrs_quat q, ahrs_real declination) {
+    ahrs_real sine, cosine;
+    ahrs_sincos(AHRS_C(0.5) * declination, &sine, &cosine);
+    return ahrs_quat_mul((ahrs_quat){cosine, 0, 0, sine}, q);
+}
+
+static inline ahrs_quat ahrs_to_output_frame(const ahrs_estimator_params *p, ahrs_quat q) {
+    const ahrs_quat declined = p->declination != 0 ? ahrs_decline(q, p->declination) : q;
+    return p->frame == AHRS_FRAME_ENU ? ahrs_swap_frames(declined) : declined;
+}
+
+static inline ahrs_quat ahrs_from_output_frame(const ahrs_estimator_params *p, ahrs_quat q) {
+    const ahrs_quat inner = p->frame == AHRS_FRAME_ENU ? ahrs_swap_frames(q) : q;
+    return p->declination != 0 ? ahrs_decline(inner, -p->declination) : inner;
+}
+
+/* Whether the angle between field and vertical leaves a heading; never for a zero field. */
+static inline bool ahrs_has_horizontal_part(ahrs_vec3 mag, ahrs_vec3 vertical) {
+    const ahrs_real along = ahrs_vec3_dot(vertical, mag);
+    return along * along < (1 - AHRS_MAG_SINE * AHRS_MAG_SINE) * (ahrs_vec3_norm2(vertical) * ahrs_vec3_norm2(mag));
+}
+
+/* Attitude from specific force and field, accelerometer first, exact for all attitudes (docs/algorithms.md
+ * section 2). With a zero field the heading is zero. */
+static inline ahrs_quat ahrs_attitude_of(ahrs_vec3 force, ahrs_vec3 mag) {
+    const ahrs_vec3 down = ahrs_vec3_unit(ahrs_vec3_negate(force));
+    if (ahrs_vec3_norm2(mag) > 0) {
+        const ahrs_vec3 east = ahrs_vec3_unit(ahrs_vec3_cross(down, mag));
+        return ahrs_quat_from_mat3((ahrs_mat3){{ahrs_vec3_cross(east, down), east, down}});
+    }
+    const ahrs_real roll = ahrs_atan2(down.y, down.z);
+    const ahrs_real pitch = ahrs_atan2(-down.x, ahrs_sqrt(down.y * down.y + down.z * down.z));
+    return ahrs_quat_from_euler((ahrs_vec3){roll, pitch, 0});
+}
+
+/* Reads one sample: which parts are usable by themselves, and all of it in inner axes. Comparisons of squared norms
+ * fail for NaN and infinity. */
+AHRS_INLINE ahrs_sample ahrs_read_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p,
+                                         const ahrs_estimator_inputs *u, ahrs_real dt) {
+    ahrs_sample z = {.dt = dt, .gain_dt = dt > AHRS_LONGEST_STEP ? 0 : dt};
+    const ahrs_vec3 gyro = ahrs_swap_body(p->frame, ahrs_vec3_of(u->gyro));
+    const ahrs_vec3 accel = ahrs_swap_body(p->frame, ahrs_vec3_of(u->accel));
+    const ahrs_vec3 mag = ahrs_swap_body(p->frame, ahrs_vec3_of(u->mag));
+    if (ahrs_vec3_norm2(gyro) <= AHRS_GYRO_LIMIT * AHRS_GYRO_LIMIT) {
+        z.rate = gyro;
+        ahrs_vec3_to(s->gyro, z.rate);
+    } else {
+        z.rate = ahrs_vec3_of(s->gyro);
+        s->conditions |= AHRS_GYRO_HELD;
+    }
+    const ahrs_real least = AHRS_ACCEL_LEAST * p->gravity;
+    const ahrs_real force2 = ahrs_vec3_norm2(accel), mag2 = ahrs_vec3_norm2(mag);
+    if (u->accel_valid && force2 > least * least && force2 <= AHRS_ACCEL_LIMIT * AHRS_ACCEL_LIMIT) {
+        z.force = accel;
+        z.force_usable = true;
+    }
+    const ahrs_real field2 = s->field[0] * s->field[0] + s->field[1] * s->field[1]; /* 0 until it is known */
+    if (u->mag_valid && mag2 > AHRS_MAG_LEAST * AHRS_MAG_LEAST * field2 && mag2 <= AHRS_MAG_LIMIT * AHRS_MAG_LIMIT) {
+        z.mag = mag;
+        z.mag_usable = z.force_usable ? ahrs_has_horizontal_part(mag, accel)
+                                      : ahrs_has_horizontal_part(mag, ahrs_quat_down(ahrs_quat_of(s->q)));
+    }
+    return z;
+}
+
+/* Keeps the reference field: as given, or as this sample shows it at the present attitude. */
+static inline void ahrs_learn_field(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 mag) {
+    if (p->field_reference == AHRS_FIELD_REFERENCE_GIVEN) {
+        ahrs_real sine, cosine;
+        ahrs_sincos(p->field_dip, &sine, &cosine);
+        s->field[0] = p->field_magnitude * cosine;
+        s->field[1] = p->field_magnitude * sine;
+        s->conditions |= AHRS_HAS_FIELD;
+    } else if (ahrs_vec3_norm2(mag) > 0) {
+        const ahrs_vec3 m = ahrs_quat_rotate(ahrs_quat_of(s->q), mag);
+        s->field[0] = ahrs_sqrt(m.x * m.x + m.y * m.y);
+        s->field[1] = m.z;
+        s->conditions |= AHRS_HAS_FIELD;
+    }
+}
+
+static inline bool ahrs_moves(const ahrs_estimator_params *p, const ahrs_sample *z) {
+    return ahrs_vec3_norm2(z->rate) > AHRS_REST_RATE * AHRS_REST_RATE ||
+           (z->force_usable && ahrs_abs(ahrs_vec3_norm(z->force) - p->gravity) > AHRS_REST_FORCE);
+}
+
+/* Averages usable samples into the first attitude; true when it is complete. */
+static inline bool ahrs_initialise_from_sensors(ahrs_estimator_state *s, const ahrs_estimator_params *p,
+                                                const ahrs_sample *z) {
+    if (ahrs_condition(s, AHRS_ACCEL_SUMMED)) {
+        s->elapsed += z->dt;
+    }
+    if (z->force_usable) {
+        ahrs_vec3_to(s->accel_sum, ahrs_vec3_add(ahrs_vec3_of(s->accel_sum), z->force));
+        s->conditions |= AHRS_ACCEL_SUMMED;
+    }
+    if (z->mag_usable) {
+        ahrs_vec3_to(s->mag_sum, ahrs_vec3_add(ahrs_vec3_of(s->mag_sum), z->mag));
+        s->conditions |= AHRS_MAG_SUMMED;
+    }
+    if (ahrs_moves(p, z)) {
+        s->conditions |= AHRS_MOVED;
+    }
+    const ahrs_vec3 force = ahrs_vec3_of(s->accel_sum), mag = ahrs_vec3_of(s->mag_sum);
+    if (!ahrs_condition(s, AHRS_ACCEL_SUMMED) || !(ahrs_vec3_norm2(force) > 0)) {
+        return false;
+    }
+    const bool heading = ahrs_condition(s, AHRS_MAG_SUMMED) && ahrs_has_horizontal_part(mag, force);
+    ahrs_quat_to(s->q, ahrs_attitude_of(force, heading ? mag : (ahrs_vec3){0, 0, 0}));
+    ahrs_set_condition(s, AHRS_HAS_HEADING, heading);
+    return s->elapsed >= p->init_time;
+}
+
+/* The motion acceleration: what the accelerometer reads beyond gravity. */
+AHRS_INLINE ahrs_vec3 ahrs_motion(const ahrs_estimator_state *s, const ahrs_estimator_params *p) {
+    return ahrs_vec3_add_scaled(ahrs_vec3_of(s->force), p->gravity, ahrs_quat_down(ahrs_quat_of(s->q)));
+}
+
+/* Keeps the force that makes this motion acceleration at the present attitude. */
+AHRS_INLINE void ahrs_set_motion(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 motion) {
+    ahrs_vec3_to(s->force, ahrs_vec3_add_scaled(motion, -p->gravity, ahrs_quat_down(ahrs_quat_of(s->q))));
+}
+
+static inline void ahrs_start(ahrs_estimator_state *s, const ahrs_estimator_params *p, const ahrs_sample *z) {
+    s->conditions |= AHRS_HAS_ATTITUDE;
+    ahrs_learn_field(s, p, z->mag_usable ? z->mag : (ahrs_vec3){0, 0, 0});
+    if (z->force_usable) {
+        ahrs_vec3_to(s->force, z->force);
+    } else {
+        ahrs_set_motion(s, p, (ahrs_vec3){0, 0, 0});
+    }
+    ahrs_set_condition(s, AHRS_ACCEL_USED, z->force_usable);
+    ahrs_set_condition(s, AHRS_MAG_USED, z->mag_usable);
+}
+
+/* Whether the accelerometer is so far from gravity that it is ignored, for a limited time. */
+AHRS_INLINE bool ahrs_is_gated(ahrs_estimator_state *s, const ahrs_estimator_params *p, const ahrs_sample *z) {
+    if (ahrs_abs(ahrs_vec3_norm(z->force) - p->gravity) <= p->accel_gate) {
+        s->gated = 0;
+        return false;
+    }
+    s->gated = ahrs_min(s->gated + z->dt, p->accel_gate_time + 1);
+    return s->gated <= p->accel_gate_time;
+}
+
+/* Turns the attitude about the vertical so that the field points north. */
+static inline void ahrs_align_heading(ahrs_estimator_state *s, ahrs_vec3 mag) {
+    const ahrs_quat q = ahrs_quat_of(s->q);
+    const ahrs_vec3 m = ahrs_quat_rotate(q, mag);
+    ahrs_real sine, cosine;
+    ahrs_sincos(AHRS_C(-0.5) * ahrs_atan2(m.y, m.x), &sine, &cosine);
+    ahrs_quat_to(s->q, ahrs_quat_near(ahrs_quat_mul((ahrs_quat){cosine, 0, 0, sine}, q), q));
+    s->conditions |= AHRS_HAS_HEADING;
+}
+
+/* Takes heading and reference field, what of them is missing, from a sample; true if the attitude was turned. */
+static inline bool ahrs_take_up_field(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 mag) {
+    const bool turn = !ahrs_condition(s, AHRS_HAS_HEADING);
+    if (turn) {
+        ahrs_align_heading(s, mag);
+    }
+    if (!ahrs_condition(s, AHRS_HAS_FIELD)) {
+        ahrs_learn_field(s, p, mag);
+    }
+    return turn;
+}
+
+/* The part of a sample that needs an attitude: reference field, gating, motion compensation. */
+AHRS_INLINE ahrs_action ahrs_prepare_sample(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_sample *z) {
+    bool turn = false;
+    const int32_t known = AHRS_HAS_HEADING | AHRS_HAS_FIELD;
+    if (AHRS_UNLIKELY(z->mag_usable && (s->conditions & known) != known)) {
+        const ahrs_vec3 mag = z->mag; /* a copy, so that the sample may stay in registers */
+        turn = ahrs_take_up_field(s, p, mag);
+    }
+    z->accel_usable = z->force_usable && !(p->accel_gating && ahrs_is_gated(s, p, z));
+    z->accel = z->force;
+    if (p->motion_compensation || !z->force_usable) {
+        z->motion = ahrs_motion(s, p);
+    }
+    if (p->motion_compensation) {
+        z->motion = ahrs_vec3_scale(z->motion, ahrs_exp_decay(z->dt / p->motion_time_constant));
+        z->accel = ahrs_vec3_sub(z->force, z->motion);
+        z->accel_usable = z->accel_usable && ahrs_vec3_norm2(z->accel) > 0;
+    }
+    if (z->force_usable) {
+        ahrs_vec3_to(s->force, z->force);
+    }
+    const bool correcting = z->gain_dt > 0;
+    s->conditions |= (z->accel_usable && correcting ? AHRS_ACCEL_USED : 0) |
+                     (z->mag_usable && correcting ? AHRS_MAG_USED : 0);
+    return turn ? AHRS_TURN : AHRS_RUN;
+}
+
+static inline void ahrs_estimator_init(ahrs_estimator_state *s) {
+    *s = (ahrs_estimator_state){.q = {1, 0, 0, 0}};
+}
+
+/* The first attitude, as soon as there is one. */
+static inline ahrs_action ahrs_initialise(ahrs_estimator_state *s, const ahrs_estimator_params *p,
+                                          const ahrs_sample *z) {
+    if (p->initialisation == AHRS_INITIALISATION_GIVEN) {
+        ahrs_quat_to(s->q, ahrs_from_output_frame(p, ahrs_quat_unit(ahrs_quat_of(p->q0))));
+        s->conditions |= AHRS_HAS_HEADING;
+    } else if (!ahrs_initialise_from_sensors(s, p, z)) {
+        return AHRS_WAIT;
+    }
+    ahrs_start(s, p, z);
+    return AHRS_START;
+}
+
+/* Takes in one sample and tells the estimator what to do with it. */
+AHRS_INLINE ahrs_action ahrs_estimator_begin(ahrs_estimator_state *s, const ahrs_estimator_params *p,
+                                             const ahrs_estimator_inputs *u, ahrs_real dt, ahrs_sample *z) {
+    const bool has_attitude = ahrs_condition(s, AHRS_HAS_ATTITUDE);
+    if (AHRS_UNLIKELY(!(dt > 0 && dt <= AHRS_REAL_MAX))) {
+        if (dt != 0) {
+            s->conditions |= AHRS_STEP_REJECTED;
+            return AHRS_WAIT;
+        }
+        if (has_attitude) {
+            return AHRS_WAIT;
+        }
+    }
+    s->conditions &= ~AHRS_MOMENTARY;
+    *z = ahrs_read_sample(s, p, u, dt);
+    if (AHRS_UNLIKELY(!has_attitude)) {
+        const ahrs_sample first = *z; /* a copy, so that the sample itself may stay in registers */
+        return ahrs_initialise(s, p, &first);
+    }
+    return ahrs_prepare_sample(s, p, z);
+}
+
+/* Takes over the attitude after a sample, a unit quaternion; one that has lost its meaning is initialised anew. */
+AHRS_INLINE void ahrs_estimator_end(ahrs_estimator_state *s, const ahrs_estimator_params *p, const ahrs_sample *z,
+                                    ahrs_quat q) {
+    ahrs_quat next = q;
+    /* The cosine of half the angle turned within the sample: near one, unless q has changed its sign or is lost. */
+    const ahrs_real along = ahrs_quat_dot(q, ahrs_quat_of(s->q));
+    if (AHRS_UNLIKELY(!(along > AHRS_C(0.75) && along < AHRS_C(1.25)))) {
+        const ahrs_real norm2 = ahrs_quat_dot(q, q);
+        if (!(norm2 > AHRS_C(0.5) && norm2 < AHRS_C(2.0))) {
+            ahrs_estimator_init(s);
+            return;
+        }
+        if (along < 0) {
+            next = ahrs_quat_negate(q);
+        }
+    }
+    ahrs_quat_to(s->q, next);
+    if (AHRS_UNLIKELY(!z->force_usable)) {
+        ahrs_set_motion(s, p, z->motion);
+    }
+}
+
+static inline int32_t ahrs_status_of(const ahrs_estimator_state *s) {
+    if (!ahrs_condition(s, AHRS_HAS_ATTITUDE)) {
+        return ahrs_condition(s, AHRS_MOVED) ? AHRS_STATUS_INITIALISING_IN_MOTION : AHRS_STATUS_INITIALISING;
+    }
+    if (ahrs_condition(s, AHRS_IMPLAUSIBLE)) {
+        return AHRS_STATUS_IMPLAUSIBLE;
+    }
+    if (ahrs_condition(s, AHRS_COVARIANCE_RESET)) {
+        return AHRS_STATUS_COVARIANCE_RESET;
+    }
+    if (ahrs_condition(s, AHRS_STEP_REJECTED)) {
+        return AHRS_STATUS_STEP_REJECTED;
+    }
+    if (ahrs_condition(s, AHRS_GYRO_HELD)) {
+        return AHRS_STATUS_GYRO_HELD;
+    }
+    if (!ahrs_condition(s, AHRS_ACCEL_USED)) {
+        return AHRS_STATUS_ACCEL_UNUSED;
+    }
+    if (!ahrs_condition(s, AHRS_MAG_USED)) {
+        return AHRS_STATUS_MAG_UNUSED;
+    }
+    return ahrs_condition(s, AHRS_MAG_DISTURBED) ? AHRS_STATUS_MAG_DISTURBED : AHRS_STATUS_NOMINAL;
+}
+
+/* The common outputs; `bias` is the gyroscope bias in inner axes. */
+static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const ahrs_estimator_params *p,
+                                          ahrs_vec3 bias, ahrs_estimator_outputs_t *y) {
+    const ahrs_quat q = ahrs_to_output_frame(p, ahrs_quat_of(s->q));
+    const ahrs_vec3 euler = ahrs_quat_to_euler(q);
+    ahrs_quat_to(y->q, q);
+    y->roll = euler.x;
+    y->pitch = euler.y;
+    y->yaw = euler.z;
+    ahrs_vec3_to(y->rate, ahrs_swap_body(p->frame, ahrs_vec3_sub(ahrs_vec3_of(s->gyro), bias)));
+    ahrs_vec3_to(y->gyro_bias, ahrs_swap_body(p->frame, bias));
+    const ahrs_vec3 motion = ahrs_condition(s, AHRS_HAS_ATTITUDE) ? ahrs_motion(s, p) : (ahrs_vec3){0, 0, 0};
+    ahrs_vec3_to(y->motion_accel, ahrs_swap_body(p->frame, motion));
+    y->status = ahrs_status_of(s);
+    y->gyro_held = ahrs_condition(s, AHRS_GYRO_HELD);
+    y->accel_used = ahrs_condition(s, AHRS_ACCEL_USED);
+    y->mag_used = ahrs_condition(s, AHRS_MAG_USED);
+}
+
+#endif
+/* Generalized complementary filter (docs/algorithms.md section 5). */
+
+/* An attitude in the form of its realisation: a quaternion (quaternion, euler), or the navigation axes seen from the
+ * body, which are the rows of the rotation matrix (dcm) or the first and the last of them (vector). */
+typedef struct {
+    int32_t realisation;
+    ahrs_quat q;
+    ahrs_mat3 c;
+} gcf_attitude;
+
+enum { gcf_NORTH, gcf_EAST, gcf_DOWN };
+
+/* From one stored row to the next: vector leaves out east. */
+AHRS_INLINE int32_t gcf_row_step(int32_t realisation) { return realisation == AHRS_GCF_REALISATION_VECTOR ? 2 : 1; }
+
+AHRS_INLINE bool gcf_has_axes(int32_t realisation) {
+    return realisation == AHRS_GCF_REALISATION_VECTOR || realisation == AHRS_GCF_REALISATION_DCM;
+}
+
+AHRS_INLINE gcf_attitude gcf_attitude_from(int32_t realisation, ahrs_quat q) {
+    gcf_attitude a = {.realisation = realisation, .q = q};
+    if (gcf_has_axes(realisation)) {
+        a.c = ahrs_quat_to_mat3(q);
+    }
+    return a;
+}
+
+AHRS_INLINE gcf_attitude gcf_load(const ahrs_gcf_state *s, int32_t realisation) {
+    gcf_attitude a = {.realisation = realisation};
+    if (gcf_has_axes(realisation)) {
+        for (int32_t i = gcf_NORTH; i <= gcf_DOWN; i += gcf_row_step(realisation)) {
+            a.c.row[i] = ahrs_vec3_of(&s->store[3 * i]);
+        }
+    } else if (realisation == AHRS_GCF_REALISATION_EULER) {
+        a.q = ahrs_quat_from_euler(ahrs_vec3_of(s->store));
+    } else {
+        a.q = ahrs_quat_of(s->common.q);
+    }
+    return a;
+}
+
+AHRS_INLINE void gcf_store(ahrs_gcf_state *s, gcf_attitude a) {
+    if (gcf_has_axes(a.realisation)) {
+        for (int32_t i = gcf_NORTH; i <= gcf_DOWN; i += gcf_row_step(a.realisation)) {
+            ahrs_vec3_to(&s->store[3 * i], a.c.row[i]);
+        }
+    } else if (a.realisation == AHRS_GCF_REALISATION_EULER) {
+        ahrs_vec3_to(s->store, ahrs_quat_to_euler(a.q));
+    }
+}
+
+/* The rows of the rotation matrix. */
+AHRS_INLINE ahrs_mat3 gcf_axes_of(gcf_attitude a) {
+    if (!gcf_has_axes(a.realisation)) {
+        return ahrs_quat_to_mat3(a.q);
+    }
+    if (a.realisation == AHRS_GCF_REALISATION_VECTOR) {
+        a.c.row[gcf_EAST] = ahrs_vec3_cross(a.c.row[gcf_DOWN], a.c.row[gcf_NORTH]);
+    }
+    return a.c;
+}
+
+AHRS_INLINE ahrs_quat gcf_quaternion_of(gcf_attitude a) {
+    return gcf_has_axes(a.realisation) ? ahrs_quat_from_mat3(gcf_axes_of(a)) : a.q;
+}
+
+/* Seen from the body, an axis fixed in space turns backwards as the body turns by v: u exp(-[v x]). */
+AHRS_INLINE ahrs_vec3 gcf_turned_back(ahrs_vec3 u, ahrs_vec3 v, ahrs_real sinc, ahrs_real versine) {
+    const ahrs_vec3 first = ahrs_vec3_cross(u, v), second = ahrs_vec3_cross(first, v);
+    return ahrs_vec3_add_scaled(ahrs_vec3_add_scaled(u, sinc, first), versine, second);
+}
+
+/* The attitude after the body has turned by the rotation vector v. */
+AHRS_INLINE gcf_attitude gcf_rotated(gcf_attitude a, ahrs_vec3 v) {
+    if (!gcf_has_axes(a.realisation)) {
+        a.q = ahrs_quat_turn(a.q, v);
+        return a;
+    }
+    ahrs_real c, k;
+    ahrs_half_angle(ahrs_vec3_norm2(v), &c, &k);
+    const ahrs_real sinc = 2 * k * c, versine = 2 * k * k; /* sin n/n and (1 - cos n)/n^2 */
+    a.c.row[gcf_NORTH] = gcf_turned_back(a.c.row[gcf_NORTH], v, sinc, versine);
+    if (a.realisation == AHRS_GCF_REALISATION_DCM) {
+        a.c.row[gcf_EAST] = gcf_turned_back(a.c.row[gcf_EAST], v, sinc, versine);
+    }
+    a.c.row[gcf_DOWN] = gcf_turned_back(a.c.row[gcf_DOWN], v, sinc, versine);
+    return a;
+}
+
+/* One step C := (3 C - C C' C)/2 towards the nearest rotation matrix. */
+static ahrs_mat3 gcf_refined_matrix(ahrs_mat3 c) {
+    ahrs_mat3 gcf_refined;
+    for (int32_t i = gcf_NORTH; i <= gcf_DOWN; i++) {
+        const ahrs_vec3 back = ahrs_mat3_apply_transposed(c, ahrs_mat3_apply(c, c.row[i]));
+        gcf_refined.row[i] = ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[i], AHRS_C(1.5)), AHRS_C(-0.5), back);
+    }
+    return gcf_refined;
+}
+
+/* Two vectors of unit length at right angles; down leads, because it is the better known. */
+AHRS_INLINE ahrs_mat3 gcf_refined_vectors(ahrs_mat3 c) {
+    const ahrs_vec3 north = c.row[gcf_NORTH], down = c.row[gcf_DOWN];
+    c.row[gcf_NORTH] = ahrs_vec3_add_scaled(ahrs_vec3_scale(north, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(north)),
+                                        -ahrs_vec3_dot(north, down), down);
+    c.row[gcf_DOWN] = ahrs_vec3_scale(down, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(down));
+    return c;
+}
+
+/* The rounding of rotations taken out, by one Newton step. */
+AHRS_INLINE gcf_attitude gcf_refined(gcf_attitude a) {
+    if (a.realisation == AHRS_GCF_REALISATION_DCM) {
+        a.c = gcf_refined_matrix(a.c);
+    } else if (a.realisation == AHRS_GCF_REALISATION_VECTOR) {
+        a.c = gcf_refined_vectors(a.c);
+    } else {
+        a.q = ahrs_quat_refine(a.q);
+    }
+    return a;
+}
+
+/* Tilt from gravity, heading from the horizontal field: loop gain one on all axes. */
+AHRS_INLINE ahrs_vec3 gcf_decoupled_error(ahrs_mat3 c, const ahrs_sample *z) {
+    ahrs_vec3 e = {0, 0, 0};
+    if (z->accel_usable) {
+        e = ahrs_vec3_cross(c.row[gcf_DOWN], ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
+    }
+    if (z->mag_usable) {
+        const ahrs_real x = ahrs_vec3_dot(c.row[gcf_NORTH], z->mag);
+        const ahrs_real y = ahrs_vec3_dot(c.row[gcf_EAST], z->mag);
+        const ahrs_real norm2 = x * x + y * y;
+        if (norm2 > 0) { /* y/norm, where quotient and root do not wait for each other */
+            e = ahrs_vec3_sub(e, ahrs_vec3_scale(c.row[gcf_DOWN], y / norm2 * ahrs_sqrt(norm2)));
+        }
+    }
+    return e;
+}
+
+/* Both cross products, measured x expected, weighted: loop gain kg (I - gg') + kh (I - hh'). */
+AHRS_INLINE ahrs_vec3 gcf_coupled_error(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_mat3 c,
+                                    const ahrs_sample *z) {
+    ahrs_vec3 e = {0, 0, 0};
+    if (z->accel_usable) {
+        e = ahrs_vec3_scale(ahrs_vec3_cross(c.row[gcf_DOWN], ahrs_vec3_unit(z->accel)), p->kg);
+    }
+    const ahrs_vec3 field =
+        ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[gcf_NORTH], s->common.field[0]), s->common.field[1], c.row[gcf_DOWN]);
+    if (z->mag_usable && ahrs_vec3_norm2(field) > 0) {
+        const ahrs_vec3 cross = ahrs_vec3_cross(ahrs_vec3_unit(z->mag), ahrs_vec3_unit(field));
+        e = ahrs_vec3_add_scaled(e, p->kh, cross);
+    }
+    return e;
+}
+
+/* The rotation from the predicted attitude to the one that accelerometer and magnetometer show. Without a usable
+ * magnetometer it is the shortest one that brings down to its measured direction. */
+static ahrs_vec3 gcf_attitude_error(gcf_attitude a, const ahrs_sample *z) {
+    const ahrs_mat3 c = gcf_axes_of(a);
+    if (!z->accel_usable) {
+        return gcf_decoupled_error(c, z);
+    }
+    if (z->mag_usable) {
+        return ahrs_quat_log(ahrs_quat_mul(ahrs_quat_conj(gcf_quaternion_of(a)), ahrs_attitude_of(z->accel, z->mag)));
+    }
+    const ahrs_vec3 measured = ahrs_vec3_unit(ahrs_vec3_negate(z->accel));
+    const ahrs_vec3 cross = ahrs_vec3_cross(measured, c.row[gcf_DOWN]);
+    const ahrs_real sine = ahrs_vec3_norm(cross);
+    return sine > 0 ? ahrs_vec3_scale(cross, ahrs_atan2(sine, ahrs_vec3_dot(measured, c.row[gcf_DOWN])) / sine) : cross;
+}
+
+AHRS_INLINE ahrs_vec3 gcf_error_of(const ahrs_gcf_state *s, const ahrs_gcf_params *p, gcf_attitude a, const ahrs_sample *z) {
+    ahrs_vec3 e;
+    if (p->form == AHRS_GCF_FORM_ATTITUDE) {
+        const gcf_attitude predicted = a; /* copies, so that the direct form may keep its own in registers */
+        const ahrs_sample sample = *z;
+        e = gcf_attitude_error(predicted, &sample);
+    } else if (p->error == AHRS_GCF_ERROR_COUPLED) {
+        e = gcf_coupled_error(s, p, gcf_axes_of(a), z);
+    } else {
+        e = gcf_decoupled_error(gcf_axes_of(a), z);
+    }
+    return e;
+}
+
+AHRS_INLINE ahrs_vec3 gcf_limited(ahrs_vec3 v, ahrs_real limit) {
+    return (ahrs_vec3){ahrs_clamp(v.x, -limit, limit), ahrs_clamp(v.y, -limit, limit), ahrs_clamp(v.z, -limit, limit)};
+}
+
+static inline void ahrs_gcf_init(ahrs_gcf_state *s, const ahrs_gcf_params *p) {
+    (void)p;
+    *s = (ahrs_gcf_state){.bias = {0}};
+    ahrs_estimator_init(&s->common);
+}
+
+/* One prediction and one correction; the realisation is a constant wherever this is used. */
+AHRS_INLINE void gcf_step(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_sample *z, int32_t realisation) {
+    const ahrs_real T = z->gain_dt;
+    const ahrs_vec3 bias = ahrs_vec3_of(s->bias);
+    const gcf_attitude predicted = gcf_rotated(gcf_load(s, realisation), ahrs_vec3_scale(ahrs_vec3_sub(z->rate, bias), z->dt));
+    const ahrs_vec3 e = gcf_error_of(s, p, predicted, z);
+    const gcf_attitude corrected = gcf_rotated(gcf_refined(predicted), ahrs_vec3_scale(e, p->kp * T));
+    ahrs_vec3 slope = ahrs_vec3_scale(e, p->ki);
+    if (p->kii != 0) { /* of third order */
+        const ahrs_vec3 drift = ahrs_vec3_add_scaled(ahrs_vec3_of(s->drift), T * p->kii, e);
+        ahrs_vec3_to(s->drift, drift);
+        slope = ahrs_vec3_add(slope, drift);
+    }
+    ahrs_vec3_to(s->bias, gcf_limited(ahrs_vec3_add_scaled(bias, -T, slope), p->bias_limit));
+    gcf_store(s, corrected);
+    ahrs_estimator_end(&s->common, &p->common, z, gcf_quaternion_of(corrected));
+}
+
+static inline void ahrs_gcf_update(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_gcf_inputs *u, ahrs_real dt) {
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_START) {
+        ahrs_vec3_to(s->bias, (ahrs_vec3){0, 0, 0});
+        ahrs_vec3_to(s->drift, (ahrs_vec3){0, 0, 0});
+    }
+    if (action == AHRS_START || action == AHRS_TURN) {
+        gcf_store(s, gcf_attitude_from(p->realisation, ahrs_quat_of(s->common.q)));
+    }
+    if (action == AHRS_START || action == AHRS_WAIT) {
+        return;
+    }
+    switch (p->realisation) {
+    case AHRS_GCF_REALISATION_VECTOR:
+        gcf_step(s, p, &z, AHRS_GCF_REALISATION_VECTOR);
+        break;
+    case AHRS_GCF_REALISATION_DCM:
+        gcf_step(s, p, &z, AHRS_GCF_REALISATION_DCM);
+        break;
+    case AHRS_GCF_REALISATION_EULER:
+        gcf_step(s, p, &z, AHRS_GCF_REALISATION_EULER);
+        break;
+    default:
+        gcf_step(s, p, &z, AHRS_GCF_REALISATION_QUATERNION);
+    }
+}
+
+static inline void ahrs_gcf_outputs(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_gcf_outputs_t *y) {
+    ahrs_estimator_outputs(&s->common, &p->common, ahrs_vec3_of(s->bias), &y->common);
+}
+
+/* The one interface between a model and everything that runs it: FMI 2, FMI 3, the host library.
+ * A model's table of this shape is generated from its descriptor (models/NAME/NAME_table.c). */
+#ifndef FMU_MODEL_H
+#define FMU_MODEL_H
+
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Reals are stored as ahrs_real, everything else as int32_t. */
+typedef enum { FMU_REAL, FMU_INTEGER, FMU_BOOLEAN, FMU_ENUMERATION } fmu_type;
+
+/* Fixed parameters are set before initialisation ends, tunable ones at any time. */
+typedef enum { FMU_FIXED, FMU_TUNABLE, FMU_INPUT, FMU_OUTPUT } fmu_role;
+
+/* Which ends of [min, max] are themselves refused, and whether +infinity is a value. */
+enum { FMU_MIN_OPEN = 1, FMU_MAX_OPEN = 2, FMU_INFINITY_ALLOWED = 4 };
+
+typedef struct {
+    const char *name;
+    uint32_t vr;     /* of the first element; element i answers to vr + i */
+    uint32_t size;   /* number of elements */
+    uint32_t offset; /* of the first element, bytes from the start of the instance */
+    fmu_type type;
+    fmu_role role;
+    unsigned flags;
+    double min, max;
+} fmu_variable;
+
+/* A rule between parameters, checked when initialisation ends and before a step that follows a change. */
+typedef struct {
+    const char *rule; /* as written in the descriptor */
+    const char *says; /* why, and what to do */
+    bool is_warning;  /* the run goes on */
+    const uint32_t *vrs; /* the parameters it names */
+    uint32_t n_vrs;
+    bool (*holds)(const void *instance);
+} fmu_limit;
+
+/* A contiguous part of the instance. */
+typedef struct {
+    size_t offset, size;
+} fmu_part;
+
+typedef struct {
+    const char *name;  /* gcf */
+    const char *title; /* GCF: the name an importer sees */
+    size_t instance_size;
+    fmu_part params, inputs, outputs, state;
+    uint32_t sample_time_offset;
+    double sample_time; /* s, the default as written: rounded to a float it would leave the importer's grid */
+    const fmu_variable *variables; /* ascending vr */
+    size_t n_variables;
+    const fmu_limit *limits;
+    size_t n_limits;
+    void (*defaults)(void *instance); /* parameters and inputs to their start values */
+    void (*init)(void *instance);     /* state and outputs as before the first sample */
+    void (*update)(void *instance, ahrs_real dt);
+    void (*compute_outputs)(void *instance);
+} fmu_model;
+
+#endif
+/* Generated from models/gcf/gcf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_gcf_params params;
+    ahrs_gcf_inputs inputs;
+    ahrs_gcf_outputs_t outputs;
+    ahrs_gcf_state state;
+} gcf_instance;
+
+static const fmu_variable gcf_variables[] = {
+    {"gyro", 1, 3, offsetof(gcf_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(gcf_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(gcf_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(gcf_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(gcf_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(gcf_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(gcf_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(gcf_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(gcf_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(gcf_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(gcf_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(gcf_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(gcf_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(gcf_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(gcf_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(gcf_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(gcf_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(gcf_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(gcf_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(gcf_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(gcf_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(gcf_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(gcf_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(gcf_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(gcf_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(gcf_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(gcf_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(gcf_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(gcf_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(gcf_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(gcf_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"kp", 1000, 1, offsetof(gcf_instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
+    {"ki", 1001, 1, offsetof(gcf_instance, params.ki), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000.0},
+    {"kii", 1002, 1, offsetof(gcf_instance, params.kii), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000000.0},
+    {"bias_limit", 1003, 1, offsetof(gcf_instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"realisation", 1010, 1, offsetof(gcf_instance, params.realisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 3.0},
+    {"form", 1011, 1, offsetof(gcf_instance, params.form), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"error", 1012, 1, offsetof(gcf_instance, params.error), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"kg", 1013, 1, offsetof(gcf_instance, params.kg), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"kh", 1014, 1, offsetof(gcf_instance, params.kh), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+};
+
+static bool gcf_limit_0(const void *data) {
+    const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t gcf_limit_0_vrs[] = {207, 208};
+
+static bool gcf_limit_1(const void *data) {
+    const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t gcf_limit_1_vrs[] = {213, 214};
+
+static bool gcf_limit_2(const void *data) {
+    const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
+    return (p->kp * p->common.sample_time) < 1;
+}
+
+static const uint32_t gcf_limit_2_vrs[] = {1000, 200};
+
+static bool gcf_limit_3(const void *data) {
+    const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
+    return (p->error == AHRS_GCF_ERROR_DECOUPLED) || (((p->kp * (p->kg + p->kh)) * p->common.sample_time) < 1);
+}
+
+static const uint32_t gcf_limit_3_vrs[] = {1012, 200, 1000, 1013, 1014};
+
+static bool gcf_limit_4(const void *data) {
+    const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
+    return ((p->ki * p->common.sample_time) * p->common.sample_time) < (4 - ((2 * p->kp) * p->common.sample_time));
+}
+
+static const uint32_t gcf_limit_4_vrs[] = {200, 1001, 1000};
+
+static bool gcf_limit_5(const void *data) {
+    const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
+    return (p->kii == 0) || ((p->kp * p->ki) > p->kii);
+}
+
+static const uint32_t gcf_limit_5_vrs[] = {1002, 1000, 1001};
+
+static bool gcf_limit_6(const void *data) {
+    const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
+    return (p->realisation != AHRS_GCF_REALISATION_VECTOR) || (p->form == AHRS_GCF_FORM_DIRECT);
+}
+
+static const uint32_t gcf_limit_6_vrs[] = {1010, 1011};
+
+static bool gcf_limit_7(const void *data) {
+    const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
+    return (p->error == AHRS_GCF_ERROR_DECOUPLED) || (p->form == AHRS_GCF_FORM_DIRECT);
+}
+
+static const uint32_t gcf_limit_7_vrs[] = {1012, 1011};
+
+static const fmu_limit gcf_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, gcf_limit_0_vrs, 2, gcf_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, gcf_limit_1_vrs, 2, gcf_limit_1},
+    {"kp*sample_time < 1", "the filter would correct more than the whole error in one sample: lower kp or sample_time", false, gcf_limit_2_vrs, 2, gcf_limit_2},
+    {"error == decoupled or kp*(kg + kh)*sample_time < 1", "the coupled error raises the loop gain to kg + kh: lower kp, kg, kh or sample_time", false, gcf_limit_3_vrs, 5, gcf_limit_3},
+    {"ki*sample_time*sample_time < 4 - 2*kp*sample_time", "the sampled loop is unstable: lower ki or sample_time", false, gcf_limit_4_vrs, 3, gcf_limit_4},
+    {"kii == 0 or kp*ki > kii", "the third-order loop is unstable: lower kii, or raise kp or ki", false, gcf_limit_5_vrs, 3, gcf_limit_5},
+    {"realisation != vector or form == direct", "realisation vector stores the measured directions and knows form direct only", false, gcf_limit_6_vrs, 2, gcf_limit_6},
+    {"error == decoupled or form == direct", "form attitude has unit loop gain by construction: error coupled goes with form direct", false, gcf_limit_7_vrs, 2, gcf_limit_7},
+};
+
+static inline void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->kp = AHRS_C(0.5);
+    p->ki = AHRS_C(0.1);
+    p->kii = AHRS_C(0.0);
+    p->bias_limit = AHRS_C(1.0);
+    p->realisation = 0;
+    p->form = 0;
+    p->error = 0;
+    p->kg = AHRS_C(1.0);
+    p->kh = AHRS_C(1.0);
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void gcf_defaults(void *data) {
+    gcf_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_gcf_defaults(&i->params, &i->inputs);
+}
+
+static void gcf_init(void *data) {
+    gcf_instance *i = data;
+    ahrs_gcf_init(&i->state, &i->params);
+}
+
+static void gcf_update(void *data, ahrs_real dt) {
+    gcf_instance *i = data;
+    ahrs_gcf_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void gcf_compute_outputs(void *data) {
+    gcf_instance *i = data;
+    ahrs_gcf_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_gcf_model = {
+    "gcf", "GCF", sizeof(gcf_instance), {offsetof(gcf_instance, params), sizeof(((gcf_instance *)0)->params)}, {offsetof(gcf_instance, inputs), sizeof(((gcf_instance *)0)->inputs)}, {offsetof(gcf_instance, outputs), sizeof(((gcf_instance *)0)->outputs)}, {offsetof(gcf_instance, state), sizeof(((gcf_instance *)0)->state)},
+    offsetof(gcf_instance, params.common.sample_time), 0.01,
+    gcf_variables, sizeof gcf_variables / sizeof gcf_variables[0],
+    gcf_limits, sizeof gcf_limits / sizeof gcf_limits[0],
+    gcf_defaults, gcf_init, gcf_update, gcf_compute_outputs};
+
+/* Generated from models/kcf/kcf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_KCF_H
+#define AHRS_KCF_H
+
+
+/* Kalman-calibrated complementary filter. A complementary filter finds the tilt in a slowly moving inertial
+ * frame; a slow Kalman filter learns what limits it while it runs: bias, scale and misalignment of the
+ * gyroscope, hard iron and latency of the magnetometer, and the local field. A second hypothesis covers a
+ * magnetometer that was never calibrated.
+ */
+
+/* What carries the sensor; sets the time constant of the tilt */
+enum {
+    AHRS_KCF_PROFILE_HAND = 0, /* worn or held by a person, robots arms: accelerations change sign within seconds; 3.5 s */
+    AHRS_KCF_PROFILE_MULTIROTOR = 1, /* accelerations last for seconds, the gyroscope is good for ten: 10 s */
+    AHRS_KCF_PROFILE_CUSTOM = 2, /* accel_time_constant says */
+};
+
+/* What a gyroscope sample stands for */
+enum {
+    AHRS_KCF_GYRO_SAMPLING_MEAN = 0, /* the mean rate over the sample interval, as integrating gyroscopes give it */
+    AHRS_KCF_GYRO_SAMPLING_INSTANT = 1, /* the rate at the moment of the sample, as decimated recordings have it; matters below 100 Hz */
+};
+
+typedef struct {
+    ahrs_estimator_params common;
+    ahrs_real accel_time_constant; /* Time constant of the specific force in the inertial frame, used when profile is custom [s] */
+    ahrs_real slow_period; /* Time between two slow steps, rounded to whole samples [s] */
+    ahrs_real uncalibrated_odds; /* Odds that the magnetometer has an uncalibrated hard iron; 0 says that it is calibrated and ends the question [1] */
+    ahrs_real uncalibrated_std; /* Hard iron of an uncalibrated magnetometer, standard deviation per axis, of the local field [1] */
+    ahrs_real bias_std; /* Gyroscope bias before anything is learned, standard deviation per axis [rad/s] */
+    ahrs_real bias_forget_time; /* Time after which a learned bias has become uncertain by 0.1 deg/s [s] */
+    ahrs_real bias_limit; /* Largest gyroscope bias that is learned, per axis [rad/s] */
+    ahrs_real motion_drift_std; /* Accuracy to which the drift of the tilt in motion shows an error of the gyroscope [rad/s] */
+    ahrs_real rest_drift_std; /* Accuracy to which the low-passed gyroscope shows its bias at rest [rad/s] */
+    ahrs_real gyro_scale_std; /* Scale error of the gyroscope, standard deviation per axis [1] */
+    ahrs_real gyro_misalignment_std; /* Misalignment and cross coupling of the gyroscope, standard deviation per element [rad] */
+    ahrs_real hard_iron_std; /* Hard iron that a calibration leaves, standard deviation per axis, of the local field [1] */
+    ahrs_real mag_latency_std; /* Latency of the magnetometer against the gyroscope, standard deviation [s] */
+    ahrs_real mag_density; /* Noise density of the field with everything that varies slowly in it, of the local field [s0.5] */
+    ahrs_real mag_noise; /* Usual deviation of one magnetometer sample from the expected field, of the local field [1] */
+    ahrs_real mag_rate_noise; /* Additional deviation per angular rate [s] */
+    ahrs_real mag_tilt_noise; /* Additional deviation while the first tilt settles [1] */
+    ahrs_real hard_iron_walk; /* Random walk of the hard iron, of the local field [s-0.5] */
+    ahrs_real field_walk; /* Random walk of the local field, of itself [s-0.5] */
+    ahrs_real heading_walk; /* Random walk of the integrated heading [rad/s0.5] */
+    ahrs_real heading_rate_walk; /* Random walk of the integrated heading per angular rate [s0.5] */
+    ahrs_real jump_time; /* Time over which a misfit of the field is averaged before it counts as a change [s] */
+    ahrs_real jump_threshold; /* Mean squared misfit, of the expected one, above which the field or the hard iron has changed [1] */
+    ahrs_real jump_hard_iron; /* How fast a change makes the hard iron uncertain [1/s] */
+    ahrs_real jump_field; /* How fast a change makes the local field uncertain [1/s] */
+    ahrs_real outlier_weight; /* How much a misfit of one sample raises its noise [1] */
+    int32_t profile; /* What carries the sensor (enumeration profile) */
+    int32_t use_mag; /* False: six axes only, the heading is integrated from the gyroscope */
+    int32_t spread; /* Spread the slow step over the samples until the next one, so that no sample costs much more than another; its result comes one slow period later */
+    int32_t gyro_sampling; /* What a gyroscope sample stands for, used with refine (enumeration gyro_sampling) */
+    int32_t refine; /* Correct the averaged tilt for what has since been learned of the gyroscope, join rate samples to second order, let both hypotheses share one field until the body has turned; false: the plain equations, for comparison */
+} ahrs_kcf_params;
+
+typedef ahrs_estimator_inputs ahrs_kcf_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+    ahrs_real hard_iron[3]; /* Learned hard iron, body axes: the magnetometer reads the field plus this [T] */
+    ahrs_real gyro_scale[9]; /* Learned scale and misalignment of the gyroscope, row by row: it reads the rate plus bias plus this times its reading [1] */
+    ahrs_real mag_latency; /* Learned latency of the magnetometer against the gyroscope [s] */
+    ahrs_real local_field[2]; /* Learned local field: horizontal and downward part [T] */
+    ahrs_real heading_std; /* Standard deviation of the heading, as the filter believes it [rad] */
+    ahrs_real disturbance; /* Mean squared misfit of the field, of the expected one: about 1 or below when undisturbed [1] */
+    ahrs_real uncalibrated; /* Probability that the magnetometer has an uncalibrated hard iron; 0 when the question is closed [1] */
+    int32_t covariance_reset; /* The covariance was reset at the last sample */
+    int32_t at_rest; /* Rest is detected: the gyroscope shows its bias */
+    int32_t mag_disturbed; /* The field does not fit what has been learned */
+    int32_t implausible; /* Gyroscope and accelerometer or magnetometer turn in opposite senses: check axes and signs */
+} ahrs_kcf_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+    ahrs_real x[19]; /* Field (3, of its norm), hard iron (3, of the field), latency (s), gyroscope bias (3, rad/s), scale and misalignment (9, row by row) [1] */
+    ahrs_real cov[190]; /* Covariance of x, lower triangle row by row [1] */
+    ahrs_real q_int[4]; /* Integrated gyroscope: body to inertial frame [1] */
+    ahrs_real q_tilt[4]; /* Inertial frame to level frame of free heading [1] */
+    ahrs_real q_level[4]; /* q_tilt with the lag of the averaged force made good [1] */
+    ahrs_real q_north[4]; /* Inertial frame to magnetic north-east-down: heading and q_level [1] */
+    ahrs_real heading[2]; /* Cosine and sine of half the angle from the level frame to magnetic north [1] */
+    ahrs_real block_time; /* Time since the last slow step [s] */
+    ahrs_real force_time; /* Of which with a usable accelerometer [s] */
+    ahrs_real sum_force[3]; /* Integral of the specific force in the inertial frame, sign of gravity [m/s] */
+    ahrs_real sum_error[3]; /* Integral of the corrections of the gyroscope in the inertial frame [rad] */
+    ahrs_real sum_sens[36]; /* Integral of the sensitivity of the rate in the inertial frame to bias and scale, row by row [s] */
+    ahrs_real sum_rate2; /* Integral of the squared rate [rad2/s] */
+    ahrs_real blind; /* Time for which the gyroscope has been held [s] */
+    ahrs_real rate[3]; /* Rate of the sample before [rad/s] */
+    ahrs_real mag[3]; /* Last usable magnetometer sample [T] */
+    ahrs_real mag_q[4]; /* q_int at that sample [1] */
+    ahrs_real mag_rate[3]; /* Rate at that sample [rad/s] */
+    ahrs_real mag_time; /* Time since the last magnetometer update [s] */
+    ahrs_real rest_one[6]; /* First integrator of the low-pass for rest detection: gyroscope, accelerometer [1] */
+    ahrs_real rest_two[6]; /* Second integrator; while the low-pass starts, the sum of the samples [1] */
+    ahrs_real rest_gyro[3]; /* Low-passed gyroscope [rad/s] */
+    ahrs_real rest_gain[3]; /* Coefficients of the low-pass for rest_step [1] */
+    ahrs_real rest_step; /* Sample interval of these coefficients [s] */
+    ahrs_real rest_count; /* Samples in the sum while the low-pass starts, else 0 [1] */
+    ahrs_real rest_age; /* Time since the low-pass started [s] */
+    ahrs_real rest_time; /* Time for which gyroscope and accelerometer have been quiet [s] */
+    ahrs_real tilt_age; /* Time over which the tilt has been averaged [s] */
+    ahrs_real tilt_slope[3]; /* Rate of change of the low-passed force [m/s3] */
+    ahrs_real tilt_force[3]; /* Low-passed specific force in the inertial frame, sign of gravity [m/s2] */
+    ahrs_real sens_level[26]; /* Sensitivity of the tilt error to bias and scale and the corrections already in it, two rows of 13 [s] */
+    ahrs_real sens_slope[26]; /* Its rate of change, as the low-pass sees it [1] */
+    ahrs_real job_time; /* Interval of the slow step under way [s] */
+    ahrs_real job_vertical[12]; /* Sensitivity of the heading to bias and scale over this interval [s] */
+    ahrs_real job_drift[3]; /* Innovations of the gyroscope [rad/s] */
+    ahrs_real job_rate2; /* Mean squared rate [rad2/s2] */
+    ahrs_real job_q[4]; /* Level attitude at the magnetometer sample [1] */
+    ahrs_real job_mag[3]; /* That sample, of the norm of the first [1] */
+    ahrs_real job_rate[3]; /* Rate at that sample [rad/s] */
+    ahrs_real job_mag_time; /* Time between this magnetometer update and the one before [s] */
+    ahrs_real job_nu[3]; /* Innovation of the magnetometer [1] */
+    ahrs_real job_noise[2]; /* Variance expected of one magnetometer sample, and of its update [1] */
+    ahrs_real dx[19]; /* Corrections collected by the slow step under way [1] */
+    ahrs_real mag_scale; /* Inverse norm of the first magnetometer sample, 0 before [1/T] */
+    ahrs_real misfit; /* Mean squared misfit of the field, of the expected one [1] */
+    ahrs_real excess; /* Variance that the misfit has in excess, at the last update [1] */
+    ahrs_real alt_x[6]; /* Field and hard iron if it is not [1] */
+    ahrs_real alt_cov[21]; /* Covariance of alt_x, lower triangle row by row [1] */
+    ahrs_real alt_q[4]; /* Level attitude when the question was asked [1] */
+    ahrs_real alt_misfit; /* Mean squared misfit of the field that no hard iron explains [1] */
+    ahrs_real alt_jump; /* Variance that changes have added to the hard iron since the question was asked [1] */
+    ahrs_real alt_probability; /* Probability that the magnetometer is not calibrated [1] */
+    ahrs_real turn[3]; /* Rotation since the last slow step, body axes [rad] */
+    ahrs_real seen[6]; /* Specific force and field at the last slow step, body axes [1] */
+    ahrs_real sense[6]; /* Correlation of the turn of the specific force, and of the field, with the gyroscope, per axis [1] */
+    ahrs_real sense_power[6]; /* Power of the turn that the gyroscope predicts, per axis [1] */
+    int32_t phase; /* Next part of the slow step */
+    int32_t job; /* Bits: what the slow step under way has to do */
+    int32_t question; /* Is the magnetometer calibrated: 0 not yet asked, 1 open, 2 answered */
+} ahrs_kcf_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_kcf_defaults(ahrs_kcf_params *p, ahrs_kcf_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_kcf_init(ahrs_kcf_state *s, const ahrs_kcf_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_kcf_update(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_kcf_inputs *u, ahrs_real dt);
+
+static inline void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_kcf_outputs_t *y);
+
+#endif
+/* Kalman-calibrated complementary filter (docs/accuracy.md). The level frame is z down with a free heading; the
+ * magnetometer counts in the norm of its first sample. */
+
+#include <string.h>
+
+/* Layout of x. G of its elements, from GYRO on, correct the gyroscope. */
+enum { kcf_FIELD = 0, kcf_IRON = 3, kcf_LATENCY = 6, kcf_GYRO = 7, kcf_SCALE = 10, kcf_N = 19, kcf_G = 12 };
+
+/* A row of the sensitivities: the twelve of bias and scale, and what the filter has already corrected. */
+enum { kcf_SENS = kcf_G + 1 };
+
+/* What the slow step under way has to do. */
+enum { kcf_JOB_REST = 1, kcf_JOB_DRIFT = 2, kcf_JOB_MAG = 4, kcf_JOB_MAG_FIRST = 8 };
+
+/* Flags that outlive a sample. */
+enum { kcf_MAG_FRESH = 16, kcf_SEEN_FORCE = 32, kcf_SEEN_MAG = 64, kcf_REALIGN = 128, kcf_FIRST_KEPT = 256 };
+
+enum { kcf_QUESTION_NEW, kcf_QUESTION_OPEN, kcf_QUESTION_ANSWERED };
+
+/* The parts of the slow step. */
+enum { kcf_PHASE_COUPLE, kcf_PHASE_GYRO_X, kcf_PHASE_GYRO_Y, kcf_PHASE_GYRO_Z, kcf_PHASE_FIELD, kcf_PHASE_MAG_X, kcf_PHASE_MAG_Y, kcf_PHASE_MAG_Z,
+       kcf_PHASE_ALTERNATIVE, kcf_PHASE_APPLY, kcf_PHASE_EVIDENCE, kcf_PHASES };
+
+static const ahrs_real kcf_SQRT2 = AHRS_C(1.41421356237309504880);
+static const ahrs_real kcf_HAND_TIME = AHRS_C(3.5), MULTIROTOR_TIME = AHRS_C(10.0); /* s */
+static const ahrs_real kcf_BIAS_GROWTH = AHRS_C(0.0017453292519943296);             /* rad/s, in bias_forget_time */
+
+static const ahrs_real kcf_REST_TIME = AHRS_C(1.5), REST_FILTER_TIME = AHRS_C(0.5); /* s */
+static const ahrs_real kcf_REST_GYRO = AHRS_C(0.03490658503988659);                 /* rad/s */
+static const ahrs_real kcf_REST_ACCEL = AHRS_C(0.5);                                /* m/s2 */
+
+static const ahrs_real kcf_IRON_VARIANCE_MAX = AHRS_C(4.0); /* of the field: nothing more is unknown than that */
+static const ahrs_real kcf_IRON_MAX = AHRS_C(10.0), SCALE_MAX = AHRS_C(0.2), LATENCY_MAX = AHRS_C(0.1);
+static const ahrs_real kcf_SENSE_POWER = AHRS_C(0.5), SENSE_OPPOSED = AHRS_C(0.3), SENSE_GRAVITY = AHRS_C(0.85);
+static const ahrs_real kcf_LAG_MAX = AHRS_C(0.3); /* rad */
+static const ahrs_real kcf_MISFIT_MAX = AHRS_C(1e4);
+static const ahrs_real kcf_MAG_TIME_MAX = AHRS_C(0.2); /* s: rarer samples count as single ones */
+
+/* Learning rate of the uncalibrated hypothesis: independent views of the field per second, at rest and per radian. */
+static const ahrs_real kcf_VIEWS_AT_REST = AHRS_C(0.02), VIEW_ANGLE = AHRS_C(0.5), VIEWS_MAX = AHRS_C(1.0);
+static const ahrs_real kcf_LOST = AHRS_C(0.03); /* rad2: an attitude less certain than 10 deg begins anew */
+static const ahrs_real kcf_TURNED = AHRS_C(6e-4); /* squared difference of rotation matrices: 1 deg */
+static const ahrs_real kcf_EVIDENCE_DECIDES = AHRS_C(2980.9579870417283); /* odds of e^8 */
+
+static ahrs_real kcf_tau_accel(const ahrs_kcf_params *p) {
+    return p->profile == AHRS_KCF_PROFILE_HAND         ? kcf_HAND_TIME
+           : p->profile == AHRS_KCF_PROFILE_MULTIROTOR ? MULTIROTOR_TIME
+                                                       : p->accel_time_constant;
+}
+
+static ahrs_real kcf_square(ahrs_real a) { return a * a; }
+
+/* Row i of a lower triangle stored row by row. */
+static ahrs_real *kcf_row(ahrs_real *cov, int i) { return cov + i * (i + 1) / 2; }
+static const ahrs_real *kcf_row_of(const ahrs_real *cov, int i) { return cov + i * (i + 1) / 2; }
+static ahrs_real *kcf_entry(ahrs_real *cov, int i, int j) { return i > j ? kcf_row(cov, i) + j : kcf_row(cov, j) + i; }
+
+/* y = cov h, where h is zero outside [first, last). */
+static void kcf_times(const ahrs_real *cov, int n, const ahrs_real *h, int first, int last, ahrs_real *y) {
+    for (int k = 0; k < n; k++) {
+        y[k] = 0;
+    }
+    for (int k = first; k < n; k++) {
+        const ahrs_real *r = kcf_row_of(cov, k);
+        const int end = k < last ? k : last;
+        ahrs_real sum = 0;
+        for (int i = first; i < end; i++) {
+            sum += r[i] * h[i];
+        }
+        if (k < last) {
+            for (int i = 0; i < k; i++) {
+                y[i] += r[i] * h[k];
+            }
+            sum += r[k] * h[k];
+        }
+        y[k] += sum;
+    }
+}
+
+/* Scalar measurement of h x, h zero outside [first, last); the correction is collected in dx. False, and nothing done,
+ * when the covariance has lost its meaning. */
+static bool kcf_measure(ahrs_real *cov, ahrs_real *dx, int n, const ahrs_real *h, int first, int last,
+                    ahrs_real innovation, ahrs_real variance) {
+    ahrs_real y[kcf_N];
+    ahrs_real sum = variance;
+    kcf_times(cov, n, h, first, last, y);
+    for (int i = first; i < last; i++) {
+        sum += h[i] * y[i];
+        innovation -= h[i] * dx[i];
+    }
+    if (!(sum >= variance && ahrs_is_finite(sum) && ahrs_is_finite(innovation))) {
+        return false;
+    }
+    const ahrs_real inverse = 1 / sum, kcf_step = innovation * inverse;
+    for (int i = 0; i < n; i++) {
+        ahrs_real *r = kcf_row(cov, i);
+        const ahrs_real gain = y[i] * inverse;
+        dx[i] += y[i] * kcf_step;
+        for (int j = 0; j <= i; j++) {
+            r[j] -= gain * y[j];
+        }
+    }
+    return true;
+}
+
+static void kcf_reset_covariance(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    memset(s->cov, 0, sizeof s->cov);
+    for (int i = 0; i < 3; i++) {
+        *kcf_entry(s->cov, kcf_FIELD + i, kcf_FIELD + i) = 1;
+        *kcf_entry(s->cov, kcf_IRON + i, kcf_IRON + i) = kcf_square(p->hard_iron_std);
+        *kcf_entry(s->cov, kcf_GYRO + i, kcf_GYRO + i) = kcf_square(p->bias_std);
+        for (int j = 0; j < 3; j++) {
+            const int k = kcf_SCALE + 3 * i + j;
+            *kcf_entry(s->cov, k, k) = kcf_square(i == j ? p->gyro_scale_std : p->gyro_misalignment_std);
+        }
+    }
+    *kcf_entry(s->cov, kcf_LATENCY, kcf_LATENCY) = kcf_square(p->mag_latency_std);
+}
+
+static void kcf_lose_covariance(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    kcf_reset_covariance(s, p);
+    memset(s->dx, 0, sizeof s->dx);
+    s->common.conditions |= AHRS_COVARIANCE_RESET;
+}
+
+static ahrs_vec3 kcf_iron(const ahrs_kcf_state *s) { return ahrs_vec3_of(&s->x[kcf_IRON]); }
+
+static ahrs_vec3 kcf_gyro_error(const ahrs_kcf_state *s, ahrs_vec3 gyro) {
+    const ahrs_real *S = &s->x[kcf_SCALE];
+    return (ahrs_vec3){s->x[kcf_GYRO] + (S[0] * gyro.x + S[1] * gyro.y + S[2] * gyro.z),
+                       s->x[kcf_GYRO + 1] + (S[3] * gyro.x + S[4] * gyro.y + S[5] * gyro.z),
+                       s->x[kcf_GYRO + 2] + (S[6] * gyro.x + S[7] * gyro.y + S[8] * gyro.z)};
+}
+
+/* ---- every sample ---- */
+
+/* Rotation vector over one sample, to second order in the change of the rate: Bortz' equation between two means, or
+ * between two momentary rates on a straight line. */
+static ahrs_vec3 kcf_rotation(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 rate, ahrs_real T) {
+    const ahrs_vec3 before = ahrs_vec3_of(s->rate);
+    ahrs_vec3_to(s->rate, rate);
+    if (!p->refine || !(T > 0)) {
+        return ahrs_vec3_scale(rate, T);
+    }
+    const ahrs_vec3 coning = ahrs_vec3_scale(ahrs_vec3_cross(before, rate), T * T / 12);
+    const bool instant = p->gyro_sampling == AHRS_KCF_GYRO_SAMPLING_INSTANT;
+    const ahrs_vec3 mean = instant ? ahrs_vec3_scale(ahrs_vec3_add(before, rate), AHRS_C(0.5)) : rate;
+    return ahrs_vec3_add_scaled(coning, T, mean);
+}
+
+/* Integrates the rate and the sums that the slow step needs. */
+static void kcf_integrate(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z, ahrs_real turn_time) {
+    const ahrs_real T = z->dt;
+    const ahrs_vec3 g = z->rate, c = kcf_gyro_error(s, g), w = ahrs_vec3_sub(g, c);
+    const ahrs_vec3 angle = kcf_rotation(s, p, w, turn_time);
+    const ahrs_quat q = ahrs_quat_refine(ahrs_quat_mul(ahrs_quat_of(s->q_int), ahrs_quat_exp(angle)));
+    ahrs_quat_to(s->q_int, q);
+    ahrs_vec3_to(s->turn, ahrs_vec3_add(ahrs_vec3_of(s->turn), angle));
+
+    const ahrs_mat3 R = ahrs_quat_to_mat3(q);
+    ahrs_vec3_to(s->sum_error, ahrs_vec3_add_scaled(ahrs_vec3_of(s->sum_error), T, ahrs_mat3_apply(R, c)));
+    for (int i = 0; i < 3; i++) {
+        ahrs_real *sum = &s->sum_sens[kcf_G * i];
+        const ahrs_real r[3] = {T * R.row[i].x, T * R.row[i].y, T * R.row[i].z};
+        for (int j = 0; j < 3; j++) {
+            sum[j] += r[j];
+            sum[3 + 3 * j] += r[j] * g.x;
+            sum[4 + 3 * j] += r[j] * g.y;
+            sum[5 + 3 * j] += r[j] * g.z;
+        }
+    }
+    s->sum_rate2 += T * ahrs_vec3_norm2(w);
+    s->block_time += T;
+    if (z->accel_usable) {
+        ahrs_vec3_to(s->sum_force, ahrs_vec3_add_scaled(ahrs_vec3_of(s->sum_force), -T, ahrs_mat3_apply(R, z->accel)));
+        s->force_time += T;
+    }
+    s->mag_time += T;
+    if (z->mag_usable) {
+        ahrs_vec3_to(s->mag, z->mag);
+        ahrs_quat_to(s->mag_q, q);
+        ahrs_vec3_to(s->mag_rate, w);
+        s->job |= kcf_MAG_FRESH;
+    }
+}
+
+/* Coefficients of the second-order Butterworth low-pass by the bilinear rule, as two integrators, so that they may
+ * change from sample to sample. */
+static void kcf_set_rest_filter(ahrs_kcf_state *s, ahrs_real T) {
+    ahrs_real sine, cosine;
+    ahrs_sincos(T / (kcf_SQRT2 * REST_FILTER_TIME), &sine, &cosine);
+    const ahrs_real g = sine / cosine;
+    s->rest_gain[0] = 1 / (1 + g * (g + kcf_SQRT2));
+    s->rest_gain[1] = g * s->rest_gain[0];
+    s->rest_gain[2] = g * s->rest_gain[1];
+    s->rest_step = T;
+}
+
+static void kcf_detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
+    if (!z->force_usable || s->blind > 0) {
+        s->rest_time = 0;
+        return;
+    }
+    const ahrs_real in[6] = {z->rate.x, z->rate.y, z->rate.z, z->force.x, z->force.y, z->force.z};
+    ahrs_real deviation[6];
+    const bool starting = s->rest_age < REST_FILTER_TIME;
+    if (starting) {
+        s->rest_age += z->dt;
+        s->rest_count += 1;
+        for (int i = 0; i < 6; i++) {
+            s->rest_two[i] += in[i];
+            const ahrs_real mean = s->rest_two[i] / s->rest_count;
+            deviation[i] = in[i] - mean;
+            s->rest_one[i] = 0;
+            if (!(s->rest_age < REST_FILTER_TIME)) {
+                s->rest_two[i] = mean;
+            }
+        }
+    } else {
+        if (z->dt != s->rest_step) {
+            kcf_set_rest_filter(s, z->dt);
+        }
+        const ahrs_real a = s->rest_gain[0], b = s->rest_gain[1], c = s->rest_gain[2];
+        for (int i = 0; i < 6; i++) {
+            const ahrs_real one = s->rest_one[i], two = s->rest_two[i], ahead = in[i] - two;
+            const ahrs_real v = a * one + b * ahead, low = two + b * one + c * ahead;
+            s->rest_one[i] = 2 * v - one;
+            s->rest_two[i] = 2 * low - two;
+            deviation[i] = in[i] - low;
+        }
+    }
+    const ahrs_vec3 gyro = {deviation[0], deviation[1], deviation[2]}, accel = {deviation[3], deviation[4], deviation[5]};
+    const ahrs_vec3 low = ahrs_vec3_sub(z->rate, gyro);
+    ahrs_vec3_to(s->rest_gyro, low);
+    const bool quiet = ahrs_vec3_norm2(gyro) < kcf_REST_GYRO * kcf_REST_GYRO && ahrs_vec3_norm2(accel) < kcf_REST_ACCEL * kcf_REST_ACCEL &&
+                       ahrs_abs(low.x) <= kcf_REST_GYRO && ahrs_abs(low.y) <= kcf_REST_GYRO && ahrs_abs(low.z) <= kcf_REST_GYRO;
+    s->rest_time = quiet ? ahrs_min(s->rest_time + z->dt, 2 * kcf_REST_TIME) : 0;
+}
+
+static bool kcf_at_rest(const ahrs_kcf_state *s) { return s->rest_time >= kcf_REST_TIME; }
+
+/* ---- start of the slow step: tilt, sensitivities, and what the rest of it works with ---- */
+
+static void kcf_clear_block(ahrs_kcf_state *s) {
+    memset(s->sum_force, 0, sizeof s->sum_force);
+    memset(s->sum_error, 0, sizeof s->sum_error);
+    memset(s->sum_sens, 0, sizeof s->sum_sens);
+    memset(s->turn, 0, sizeof s->turn);
+    s->sum_rate2 = 0;
+    s->block_time = 0;
+    s->force_time = 0;
+}
+
+/* Low-pass of second order whose time constant grows with the age of the average; without a measurement it coasts. */
+typedef struct {
+    ahrs_real T, pull, inverse; /* interval, gain on the difference, 1/denominator */
+} kcf_low_pass;
+
+static kcf_low_pass kcf_growing_low_pass(ahrs_real tau, ahrs_real age, ahrs_real T, bool measured) {
+    const ahrs_real W = kcf_SQRT2 / ahrs_min(tau, ahrs_max(age, 2 * T));
+    return (kcf_low_pass){T, measured ? T * W * W : 0, 1 / (1 + kcf_SQRT2 * W * T + W * W * T * T)};
+}
+
+/* Turns the level frame so that the low-passed force is its vertical; gives the tilt error before. */
+static ahrs_vec3 kcf_level(ahrs_kcf_state *s, kcf_low_pass f) {
+    const bool first = !(s->tilt_age > f.T);
+    ahrs_vec3 force = ahrs_vec3_of(s->tilt_force), slope = ahrs_vec3_of(s->tilt_slope);
+    if (f.pull > 0) {
+        const ahrs_vec3 mean = ahrs_vec3_scale(ahrs_vec3_of(s->sum_force), 1 / s->force_time);
+        force = first ? mean : force;
+        slope = ahrs_vec3_add_scaled(slope, f.pull, ahrs_vec3_sub(mean, force));
+    }
+    slope = ahrs_vec3_scale(slope, f.inverse);
+    force = ahrs_vec3_add_scaled(force, f.T, slope);
+    ahrs_vec3_to(s->tilt_force, force);
+    ahrs_vec3_to(s->tilt_slope, slope);
+
+    const ahrs_quat q = ahrs_quat_of(s->q_tilt);
+    const ahrs_vec3 turned = ahrs_quat_rotate(q, force);
+    const ahrs_real norm = ahrs_vec3_norm(turned);
+    if (!(norm > 0)) {
+        return (ahrs_vec3){0, 0, 1};
+    }
+    const ahrs_vec3 e = ahrs_vec3_scale(turned, 1 / norm);
+    const ahrs_real k = ahrs_sqrt(ahrs_max(AHRS_C(0.5) * (e.z + 1), 0));
+    const ahrs_quat kcf_step = k > AHRS_C(1e-6) ? (ahrs_quat){k, e.y / (2 * k), -e.x / (2 * k), 0} : (ahrs_quat){0, 1, 0, 0};
+    ahrs_quat_to(s->q_tilt, ahrs_quat_unit(ahrs_quat_mul(kcf_step, q)));
+    return e;
+}
+
+/* Takes the sensitivities into the level frame: its horizontal rows through the same low-pass as the force. */
+static void kcf_follow_sensitivities(ahrs_kcf_state *s, kcf_low_pass f, ahrs_real inverse_time) {
+    const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->q_tilt));
+    for (int k = 0; k < kcf_SENS; k++) {
+        const ahrs_vec3 column = k < kcf_G ? (ahrs_vec3){s->sum_sens[k], s->sum_sens[kcf_G + k], s->sum_sens[2 * kcf_G + k]}
+                                       : ahrs_vec3_of(s->sum_error);
+        const ahrs_vec3 v = ahrs_mat3_apply(R, column);
+        const ahrs_real in[2] = {v.x * inverse_time, v.y * inverse_time};
+        for (int i = 0; i < 2; i++) {
+            ahrs_real *kcf_level = &s->sens_level[kcf_SENS * i + k], *slope = &s->sens_slope[kcf_SENS * i + k];
+            *kcf_level += f.T * (in[i] - *slope);
+            *slope = (*slope + f.pull * *kcf_level) * f.inverse;
+        }
+        if (k < kcf_G) {
+            s->job_vertical[k] = v.z;
+        }
+    }
+}
+
+static void kcf_face_north(ahrs_kcf_state *s) {
+    const ahrs_quat heading = {s->heading[0], 0, 0, s->heading[1]};
+    ahrs_quat_to(s->q_north, ahrs_quat_mul(heading, ahrs_quat_of(s->q_level)));
+}
+
+/* The averaged force lags behind the vertical by the drift since; what has been learned of the gyroscope meanwhile
+ * tells how far (docs/accuracy.md). */
+static void kcf_make_good_lag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    ahrs_real lag[2];
+    for (int i = 0; i < 2; i++) {
+        const ahrs_real *kcf_level = &s->sens_level[kcf_SENS * i];
+        lag[i] = -kcf_level[kcf_G];
+        for (int k = 0; k < kcf_G; k++) {
+            lag[i] += kcf_level[k] * s->x[kcf_GYRO + k];
+        }
+        lag[i] = p->refine ? AHRS_C(-0.5) * ahrs_clamp(lag[i], -kcf_LAG_MAX, kcf_LAG_MAX) : 0;
+    }
+    const ahrs_quat turn = ahrs_quat_unit((ahrs_quat){1, lag[0], lag[1], 0});
+    ahrs_quat_to(s->q_level, ahrs_quat_mul(turn, ahrs_quat_of(s->q_tilt)));
+    kcf_face_north(s);
+}
+
+static ahrs_real kcf_drift_row(const ahrs_kcf_state *s, int i, ahrs_real tilt_rate) {
+    const ahrs_real *sens = &s->sens_slope[kcf_SENS * i];
+    ahrs_real y = tilt_rate + sens[kcf_G];
+    for (int k = 0; k < kcf_G; k++) {
+        y -= sens[k] * s->x[kcf_GYRO + k];
+    }
+    return y;
+}
+
+/* Correlates the turn of what a sensor sees with the one the gyroscope predicts, axis by axis: a swapped sign turns
+ * the correlation around (docs/accuracy.md). */
+static void kcf_compare_senses(ahrs_real *sense, ahrs_real *power, ahrs_vec3 now, ahrs_vec3 before, ahrs_vec3 turn) {
+    const ahrs_vec3 v = ahrs_vec3_scale(ahrs_vec3_add(now, before), AHRS_C(0.5));
+    const ahrs_vec3 predicted[3] = {{0, turn.x * v.z, -turn.x * v.y}, {-turn.y * v.z, 0, turn.y * v.x},
+                                    {turn.z * v.y, -turn.z * v.x, 0}};
+    const ahrs_vec3 all = ahrs_vec3_add(ahrs_vec3_add(predicted[0], predicted[1]), predicted[2]);
+    const ahrs_vec3 rest = ahrs_vec3_sub(ahrs_vec3_sub(now, before), all);
+    for (int i = 0; i < 3; i++) {
+        const ahrs_real norm2 = ahrs_vec3_norm2(predicted[i]);
+        sense[i] += norm2 + ahrs_vec3_dot(predicted[i], rest);
+        power[i] += norm2;
+        /* An exponential window over the rotation itself: rest forgets nothing. */
+        const ahrs_real kept = AHRS_C(10.0) / (AHRS_C(10.0) + norm2);
+        sense[i] *= kept;
+        power[i] *= kept;
+    }
+}
+
+static void kcf_compare_all_senses(ahrs_kcf_state *s, const ahrs_sample *z, ahrs_real gravity) {
+    const ahrs_vec3 turn = ahrs_vec3_of(s->turn);
+    if (z->force_usable) {
+        const ahrs_vec3 force = ahrs_vec3_scale(z->force, 1 / gravity);
+        if (s->job & kcf_SEEN_FORCE) {
+            kcf_compare_senses(s->sense, s->sense_power, force, ahrs_vec3_of(s->seen), turn);
+        }
+        ahrs_vec3_to(s->seen, force);
+    }
+    s->job = z->force_usable ? s->job | kcf_SEEN_FORCE : s->job & ~kcf_SEEN_FORCE;
+    const bool mag = z->mag_usable && s->mag_scale > 0;
+    if (mag) {
+        const ahrs_vec3 field = ahrs_vec3_sub(ahrs_vec3_scale(z->mag, s->mag_scale), kcf_iron(s));
+        if (s->job & kcf_SEEN_MAG) {
+            kcf_compare_senses(s->sense + 3, s->sense_power + 3, field, ahrs_vec3_of(s->seen + 3), turn);
+        }
+        ahrs_vec3_to(s->seen + 3, field);
+    }
+    s->job = mag ? s->job | kcf_SEEN_MAG : s->job & ~kcf_SEEN_MAG;
+}
+
+static bool kcf_opposes(const ahrs_real *sense, const ahrs_real *power) {
+    bool found = false;
+    for (int i = 0; i < 3; i++) {
+        found = found || (power[i] > kcf_SENSE_POWER && sense[i] < -SENSE_OPPOSED * power[i]);
+    }
+    return found;
+}
+
+/* Field and gyroscope turn in opposite senses, or force and gyroscope do and the averaged force is no gravity either:
+ * accelerations alone can oppose the rotation for a while, but they average out. */
+static bool kcf_implausible(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    const ahrs_real least = SENSE_GRAVITY * p->common.gravity;
+    return kcf_opposes(s->sense + 3, s->sense_power + 3) ||
+           (kcf_opposes(s->sense, s->sense_power) && ahrs_vec3_norm2(ahrs_vec3_of(s->tilt_force)) < least * least);
+}
+
+static void kcf_begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z) {
+    const ahrs_real T = s->block_time, tau = kcf_tau_accel(p);
+    const bool force = s->force_time > 0;
+    s->tilt_age = force ? ahrs_min(s->tilt_age + T, 100 * tau) : s->tilt_age;
+    const kcf_low_pass f = kcf_growing_low_pass(tau, s->tilt_age, T, force);
+    const ahrs_vec3 e = kcf_level(s, f);
+    kcf_follow_sensitivities(s, f, 1 / T);
+    kcf_make_good_lag(s, p);
+
+    s->job &= kcf_MAG_FRESH | kcf_SEEN_FORCE | kcf_SEEN_MAG | kcf_REALIGN;
+    s->job_time = T;
+    s->job_rate2 = s->sum_rate2 / T;
+    if (kcf_at_rest(s)) {
+        s->job |= kcf_JOB_REST;
+        ahrs_vec3_to(s->job_drift, ahrs_vec3_sub(ahrs_vec3_of(s->rest_gyro), ahrs_vec3_of(&s->x[kcf_GYRO])));
+    } else if (force) {
+        s->job |= kcf_JOB_DRIFT;
+        s->job_drift[0] = kcf_drift_row(s, 0, -e.y / T);
+        s->job_drift[1] = kcf_drift_row(s, 1, e.x / T);
+    }
+    kcf_compare_all_senses(s, z, p->common.gravity);
+    if ((s->job & kcf_MAG_FRESH) && p->use_mag) {
+        const ahrs_vec3 m = ahrs_vec3_of(s->mag);
+        s->job |= kcf_JOB_MAG;
+        if (!(s->mag_scale > 0)) {
+            s->mag_scale = 1 / ahrs_vec3_norm(m);
+            s->job |= kcf_JOB_MAG_FIRST;
+        }
+        ahrs_vec3_to(s->job_mag, ahrs_vec3_scale(m, s->mag_scale));
+        ahrs_quat_to(s->job_q, ahrs_quat_mul(ahrs_quat_of(s->q_level), ahrs_quat_of(s->mag_q)));
+        memcpy(s->job_rate, s->mag_rate, sizeof s->job_rate);
+        s->job_mag_time = ahrs_min(s->mag_time, ahrs_max(kcf_MAG_TIME_MAX, T));
+        s->mag_time = 0;
+    }
+    s->job &= ~kcf_MAG_FRESH;
+    memset(s->dx, 0, sizeof s->dx);
+    kcf_clear_block(s);
+    s->phase = 0;
+}
+
+/* ---- the parts of the slow step ---- */
+
+/* Adds the variance of a turn of the level frame about its vertical to a covariance that begins with the field. */
+static void kcf_turn_field(ahrs_real *cov, const ahrs_real *field, ahrs_real variance) {
+    const ahrs_real u[2] = {-field[1], field[0]};
+    for (int i = 0; i < 2; i++) {
+        for (int j = 0; j <= i; j++) {
+            kcf_row(cov, i)[j] += variance * u[i] * u[j];
+        }
+    }
+}
+
+static void kcf_add_to_diagonal(ahrs_real *cov, int first, ahrs_real variance) {
+    for (int i = first; i < first + 3; i++) {
+        kcf_row(cov, i)[i] += variance;
+    }
+}
+
+/* The errors of the gyroscope turn the level frame, and with it the field in it. */
+static void kcf_couple(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    const ahrs_real growth = kcf_square(kcf_BIAS_GROWTH) / p->bias_forget_time * s->job_time;
+    for (int i = kcf_GYRO; i < kcf_GYRO + 3; i++) {
+        ahrs_real *variance = &kcf_row(s->cov, i)[i];
+        *variance += *variance < kcf_square(p->bias_std) ? growth : 0;
+    }
+    ahrs_real h[kcf_N] = {0}, y[kcf_N];
+    memcpy(h + kcf_GYRO, s->job_vertical, sizeof s->job_vertical);
+    kcf_times(s->cov, kcf_N, h, kcf_GYRO, kcf_N, y);
+    ahrs_real variance = 0;
+    for (int i = kcf_GYRO; i < kcf_N; i++) {
+        variance += h[i] * y[i];
+    }
+    const ahrs_real u[2] = {-s->x[1], s->x[0]};
+    for (int i = 0; i < 2; i++) {
+        for (int j = 0; j <= i; j++) {
+            kcf_row(s->cov, i)[j] += u[i] * y[j] + u[j] * y[i] + u[i] * u[j] * variance;
+        }
+        for (int j = 2; j < kcf_N; j++) {
+            kcf_row(s->cov, j)[i] += u[i] * y[j];
+        }
+    }
+}
+
+static void kcf_learn_gyro(ahrs_kcf_state *s, const ahrs_kcf_params *p, int i) {
+    const ahrs_real T = s->job_time, innovation = ahrs_clamp(s->job_drift[i], -p->bias_limit, p->bias_limit);
+    const ahrs_real walk = kcf_square(kcf_BIAS_GROWTH) / p->bias_forget_time;
+    ahrs_real h[kcf_N] = {0};
+    bool sound = true;
+    if (s->job & kcf_JOB_REST) {
+        const ahrs_real r = kcf_square(p->rest_drift_std);
+        h[kcf_GYRO + i] = 1;
+        sound = kcf_measure(s->cov, s->dx, kcf_N, h, kcf_GYRO + i, kcf_GYRO + i + 1, innovation, (r * r / walk + r * T) / T);
+    } else if ((s->job & kcf_JOB_DRIFT) && i < 2) {
+        const ahrs_real r = kcf_square(p->motion_drift_std), tau = kcf_tau_accel(p);
+        const ahrs_real young = ahrs_max(1, kcf_square(tau / s->tilt_age));
+        memcpy(h + kcf_GYRO, &s->sens_slope[kcf_SENS * i], kcf_G * sizeof(ahrs_real));
+        sound = kcf_measure(s->cov, s->dx, kcf_N, h, kcf_GYRO, kcf_N, innovation, (r * r / walk + r * T) / T * young);
+    }
+    if (!sound) {
+        kcf_lose_covariance(s, p);
+    }
+}
+
+/* The sample as it would read without hard iron and latency, in the level frame. */
+static ahrs_vec3 kcf_level_field(const ahrs_kcf_state *s, const ahrs_mat3 *R, ahrs_vec3 hard_iron) {
+    const ahrs_real lag = s->x[kcf_LATENCY];
+    const ahrs_vec3 w = ahrs_vec3_of(s->job_rate), m = ahrs_vec3_sub(ahrs_vec3_of(s->job_mag), hard_iron);
+    const ahrs_vec3 first = ahrs_vec3_cross(w, m), second = ahrs_vec3_cross(w, first);
+    const ahrs_vec3 then = ahrs_vec3_add_scaled(m, -lag, first);
+    return ahrs_mat3_apply(*R, ahrs_vec3_add_scaled(then, AHRS_C(0.5) * lag * lag, second));
+}
+
+/* Mean squared misfit over jump_time, and the variance that it has in excess of the expected one. */
+static ahrs_real kcf_excess_of(const ahrs_kcf_params *p, ahrs_real *misfit, ahrs_real ratio, ahrs_real expected, ahrs_real T) {
+    *misfit += ahrs_min(T / p->jump_time, 1) * (ahrs_min(ratio, kcf_MISFIT_MAX) - *misfit);
+    return ahrs_min(expected * ahrs_max(0, *misfit - p->jump_threshold), 1);
+}
+
+/* Changes of the field that no hard iron explains count for both hypotheses. */
+static void kcf_change_alternative(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_real ratio) {
+    const ahrs_real T = s->job_mag_time, excess = kcf_excess_of(p, &s->alt_misfit, ratio, s->job_noise[0], T);
+    const ahrs_real jump = (kcf_square(p->hard_iron_walk) + p->jump_hard_iron * excess) * T;
+    kcf_add_to_diagonal(s->alt_cov, kcf_FIELD, p->jump_field * excess * T);
+    kcf_add_to_diagonal(s->alt_cov, kcf_IRON, jump);
+    s->alt_jump += jump;
+}
+
+/* Squared difference of two rotation matrices, summed: how differently they show a vector fixed in the body. */
+static ahrs_real kcf_rotation_difference(const ahrs_real q[4], const ahrs_real r[4]) {
+    const ahrs_real c = ahrs_quat_dot(ahrs_quat_of(q), ahrs_quat_of(r));
+    return 8 * ahrs_max(1 - c * c, 0);
+}
+
+/* Turns the field in the level frame to where it is seen now: the heading had been lost. */
+static void kcf_align(ahrs_real *field, ahrs_vec3 seen) {
+    const ahrs_real have2 = field[0] * field[0] + field[1] * field[1], want2 = seen.x * seen.x + seen.y * seen.y;
+    if (want2 > 0) {
+        const ahrs_real k = ahrs_sqrt(have2 / want2);
+        field[0] = k * seen.x;
+        field[1] = k * seen.y;
+    }
+}
+
+/* Innovation of the magnetometer, its noise, and how far field and hard iron may have changed with it. */
+static void kcf_expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    const ahrs_real T = s->job_mag_time;
+    const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->job_q));
+    const ahrs_vec3 field = kcf_level_field(s, &R, kcf_iron(s));
+    if (s->job & kcf_JOB_MAG_FIRST) {
+        ahrs_vec3_to(s->x + kcf_FIELD, field);
+    }
+    if (s->job & kcf_REALIGN) {
+        kcf_align(s->x, field);
+        kcf_align(s->alt_x, kcf_level_field(s, &R, ahrs_vec3_of(s->alt_x + kcf_IRON)));
+        s->job &= ~kcf_REALIGN;
+    }
+    const ahrs_vec3 nu = ahrs_vec3_sub(field, ahrs_vec3_of(s->x + kcf_FIELD));
+    ahrs_vec3_to(s->job_nu, nu);
+    const ahrs_real rate2 = ahrs_vec3_norm2(ahrs_vec3_of(s->job_rate));
+    const ahrs_real expected = kcf_square(p->mag_noise) + kcf_square(p->mag_rate_noise) * rate2 +
+                               kcf_square(p->mag_tilt_noise) * ahrs_exp_decay(s->tilt_age / kcf_tau_accel(p));
+    const ahrs_real misfit2 = ahrs_vec3_norm2(nu) / 3, ratio = misfit2 / expected;
+    const ahrs_real excess = kcf_excess_of(p, &s->misfit, ratio, expected, T);
+    s->job_noise[0] = expected;
+    s->job_noise[1] = kcf_square(p->mag_density) / T * expected / kcf_square(p->mag_noise) *
+                      (1 + p->outlier_weight * ahrs_max(0, ratio - 1));
+    for (int i = kcf_IRON; i < kcf_IRON + 3; i++) {
+        ahrs_real *variance = &kcf_row(s->cov, i)[i];
+        *variance += *variance < kcf_IRON_VARIANCE_MAX ? (kcf_square(p->hard_iron_walk) + p->jump_hard_iron * excess) * T : 0;
+    }
+    kcf_add_to_diagonal(s->cov, kcf_FIELD, p->jump_field * s->excess * T);
+    s->excess = excess;
+    if (s->question == kcf_QUESTION_OPEN) {
+        const ahrs_real unexplained = kcf_square(p->uncalibrated_std) * kcf_rotation_difference(s->job_q, s->alt_q) / 3;
+        kcf_change_alternative(s, p, misfit2 / (expected + unexplained));
+    }
+}
+
+static void kcf_follow_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    const ahrs_real T = s->job_time;
+    const ahrs_real heading = (kcf_square(p->heading_walk) + kcf_square(p->heading_rate_walk) * s->job_rate2) * T;
+    const ahrs_real field = kcf_square(p->field_walk) * T;
+    kcf_add_to_diagonal(s->cov, kcf_FIELD, field);
+    kcf_turn_field(s->cov, s->x, heading);
+    if (s->question == kcf_QUESTION_OPEN) {
+        kcf_add_to_diagonal(s->alt_cov, kcf_FIELD, field);
+        kcf_turn_field(s->alt_cov, s->alt_x, heading);
+    }
+    if (s->job & kcf_JOB_MAG) {
+        kcf_expect_field(s, p);
+    }
+}
+
+static void kcf_learn_mag(ahrs_kcf_state *s, const ahrs_kcf_params *p, int i) {
+    if (!(s->job & kcf_JOB_MAG) || (s->job & kcf_JOB_MAG_FIRST)) {
+        return;
+    }
+    const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->job_q));
+    const ahrs_vec3 m = ahrs_vec3_sub(ahrs_vec3_of(s->job_mag), kcf_iron(s));
+    ahrs_real h[kcf_N] = {0};
+    h[kcf_FIELD + i] = 1;
+    ahrs_vec3_to(h + kcf_IRON, R.row[i]);
+    h[kcf_LATENCY] = ahrs_vec3_dot(R.row[i], ahrs_vec3_cross(ahrs_vec3_of(s->job_rate), m));
+    if (!kcf_measure(s->cov, s->dx, kcf_N, h, kcf_FIELD, kcf_GYRO, s->job_nu[i], s->job_noise[1])) {
+        kcf_lose_covariance(s, p);
+    }
+}
+
+/* ---- the second hypothesis ---- */
+
+static void kcf_ask(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    const ahrs_real variance = kcf_square(p->uncalibrated_std);
+    const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->job_q));
+    memset(s->alt_x, 0, sizeof s->alt_x);
+    memset(s->alt_cov, 0, sizeof s->alt_cov);
+    memcpy(s->alt_x, s->x, 3 * sizeof(ahrs_real));
+    memcpy(s->alt_q, s->job_q, sizeof s->alt_q);
+    for (int i = 0; i < 3; i++) {
+        ahrs_real *r = kcf_row(s->alt_cov, kcf_IRON + i);
+        kcf_row(s->alt_cov, i)[i] = variance + s->job_noise[0];
+        r[kcf_IRON + i] = variance;
+        ahrs_real axis[3] = {0, 0, 0}, column[3];
+        axis[i] = 1;
+        ahrs_vec3_to(column, ahrs_mat3_apply(R, ahrs_vec3_of(axis)));
+        for (int j = 0; j < 3; j++) {
+            r[j] = -variance * column[j];
+        }
+    }
+    s->alt_misfit = 1;
+    s->alt_jump = 0;
+    s->question = kcf_QUESTION_OPEN;
+}
+
+/* The same magnetometer sample for the hypothesis; slowly varying disturbances count once per view of the field. */
+static void kcf_learn_alternative(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    if (s->question != kcf_QUESTION_OPEN || !(s->job & kcf_JOB_MAG)) {
+        return;
+    }
+    const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->job_q));
+    const ahrs_vec3 field = kcf_level_field(s, &R, ahrs_vec3_of(s->alt_x + kcf_IRON));
+    ahrs_real nu[3], h[3][6] = {{0}}, dx[6] = {0}, trace = 0;
+    ahrs_vec3_to(nu, ahrs_vec3_sub(field, ahrs_vec3_of(s->alt_x)));
+    for (int i = 0; i < 3; i++) {
+        ahrs_real y[6];
+        h[i][i] = 1;
+        ahrs_vec3_to(h[i] + kcf_IRON, R.row[i]);
+        kcf_times(s->alt_cov, 6, h[i], 0, 6, y);
+        for (int k = 0; k < 6; k++) {
+            trace += h[i][k] * y[k];
+        }
+    }
+    const ahrs_real expected = s->job_noise[0];
+    const ahrs_real ratio = (nu[0] * nu[0] + nu[1] * nu[1] + nu[2] * nu[2]) / (3 * expected + trace);
+    const ahrs_real views = ahrs_min(VIEWS_MAX, ahrs_sqrt(s->job_rate2) / VIEW_ANGLE + kcf_VIEWS_AT_REST);
+    const ahrs_real variance =
+        expected / (s->job_mag_time * views) * (1 + p->outlier_weight * ahrs_max(0, ratio - 1));
+    bool sound = true;
+    for (int i = 0; i < 3; i++) {
+        sound = sound && kcf_measure(s->alt_cov, dx, 6, h[i], 0, 6, nu[i], variance);
+    }
+    for (int k = 0; k < 6; k++) {
+        s->alt_x[k] += dx[k];
+    }
+    if (!sound) {
+        s->question = kcf_QUESTION_ANSWERED;
+    }
+}
+
+/* Inverse of a symmetric 3 x 3 matrix and its determinant. */
+static ahrs_real kcf_invert(ahrs_mat3 a, ahrs_mat3 *inverse) {
+    const ahrs_vec3 x = ahrs_vec3_cross(a.row[1], a.row[2]);
+    const ahrs_real determinant = ahrs_vec3_dot(a.row[0], x), k = 1 / determinant;
+    *inverse = (ahrs_mat3){{ahrs_vec3_scale(x, k), ahrs_vec3_scale(ahrs_vec3_cross(a.row[2], a.row[0]), k),
+                            ahrs_vec3_scale(ahrs_vec3_cross(a.row[0], a.row[1]), k)}};
+    return determinant;
+}
+
+/* Odds of the hypothesis: both give the hard iron a Gaussian prior, of different width, and saw the same samples; the
+ * ratio of their marginal likelihoods follows from the posterior of one (docs/accuracy.md). */
+static ahrs_real kcf_odds_of(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    const ahrs_real narrow = kcf_square(p->hard_iron_std) + s->alt_jump, wide = kcf_square(p->uncalibrated_std) + s->alt_jump;
+    const ahrs_real *P = s->alt_cov;
+    const ahrs_real *rx = kcf_row_of(P, kcf_IRON), *ry = kcf_row_of(P, kcf_IRON + 1), *rz = kcf_row_of(P, kcf_IRON + 2);
+    const ahrs_mat3 posterior = {{{rx[3], ry[3], rz[3]}, {ry[3], ry[4], rz[4]}, {rz[3], rz[4], rz[5]}}};
+    const ahrs_vec3 b = ahrs_vec3_of(s->alt_x + kcf_IRON);
+    const ahrs_real more = 1 / narrow - 1 / wide;
+    ahrs_mat3 information, other;
+    const ahrs_real posterior_det = kcf_invert(posterior, &information);
+    const ahrs_vec3 weighted = ahrs_mat3_apply(information, b);
+    information.row[0].x += more;
+    information.row[1].y += more;
+    information.row[2].z += more;
+    const ahrs_real information_det = kcf_invert(information, &other);
+    const ahrs_real shift = ahrs_vec3_dot(weighted, ahrs_vec3_sub(b, ahrs_mat3_apply(other, weighted)));
+    const ahrs_real r = narrow / wide;
+    const ahrs_real widths = ahrs_sqrt(ahrs_max(information_det * posterior_det * r * r * r, 0));
+    return p->uncalibrated_odds * widths / ahrs_exp_decay(ahrs_clamp(AHRS_C(0.5) * shift, 0, 40));
+}
+
+static void kcf_adopt(ahrs_kcf_state *s) {
+    memcpy(s->x, s->alt_x, sizeof s->alt_x);
+    for (int i = 0; i < kcf_N; i++) {
+        for (int j = 0; j <= i && j < 6; j++) {
+            kcf_row(s->cov, i)[j] = i < 6 ? kcf_row(s->alt_cov, i)[j] : 0;
+        }
+    }
+    s->misfit = 1;
+}
+
+static void kcf_weigh_evidence(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    if (s->question == kcf_QUESTION_NEW && (s->job & kcf_JOB_MAG_FIRST)) {
+        if (p->uncalibrated_odds > 0) {
+            kcf_ask(s, p);
+        } else {
+            s->question = kcf_QUESTION_ANSWERED;
+        }
+    }
+    if (s->question != kcf_QUESTION_OPEN) {
+        s->alt_probability = 0;
+        return;
+    }
+    const ahrs_real odds = kcf_odds_of(s, p);
+    const ahrs_real *P = s->alt_cov;
+    const ahrs_real largest = ahrs_max(kcf_row_of(P, 3)[3], ahrs_max(kcf_row_of(P, 4)[4], kcf_row_of(P, 5)[5]));
+    const bool converged = largest < kcf_square(p->hard_iron_std);
+    s->alt_probability = odds / (1 + odds);
+    if (!ahrs_is_finite(odds) || odds * kcf_EVIDENCE_DECIDES < 1 || (converged && odds < 1)) {
+        s->question = kcf_QUESTION_ANSWERED;
+    } else if (odds > kcf_EVIDENCE_DECIDES || converged) {
+        s->question = kcf_QUESTION_ANSWERED;
+        kcf_adopt(s);
+    }
+}
+
+/* ---- end of the slow step ---- */
+
+static void kcf_clamp_all(ahrs_real *x, int n, ahrs_real limit) {
+    for (int i = 0; i < n; i++) {
+        x[i] = ahrs_clamp(x[i], -limit, limit);
+    }
+}
+
+/* Half the angle that turns the horizontal field north. */
+static void kcf_find_north(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    /* Before the body has turned, the hypotheses differ in nothing but the noise of their first samples. */
+    const bool same = p->refine && kcf_rotation_difference(s->job_q, s->alt_q) < kcf_TURNED;
+    const ahrs_real other = s->question == kcf_QUESTION_OPEN && !same ? s->alt_probability : 0;
+    const ahrs_real x = (1 - other) * s->x[0] + other * s->alt_x[0];
+    const ahrs_real y = (1 - other) * s->x[1] + other * s->alt_x[1];
+    const ahrs_real norm = ahrs_sqrt(x * x + y * y);
+    if (!(norm > 0)) {
+        return;
+    }
+    const ahrs_real cosine = x / norm, sine = -y / norm;
+    if (cosine > 0) {
+        s->heading[0] = ahrs_sqrt(AHRS_C(0.5) * (1 + cosine));
+        s->heading[1] = AHRS_C(0.5) * sine / s->heading[0];
+    } else {
+        const ahrs_real half = ahrs_sqrt(AHRS_C(0.5) * (1 - cosine));
+        s->heading[1] = sine < 0 ? -half : half;
+        s->heading[0] = AHRS_C(0.5) * sine / s->heading[1];
+    }
+    kcf_face_north(s);
+}
+
+static void kcf_apply(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    bool sound = true;
+    for (int i = 0; i < kcf_N; i++) {
+        const ahrs_real variance = kcf_row(s->cov, i)[i];
+        sound = sound && ahrs_is_finite(s->dx[i]) && variance >= 0 && ahrs_is_finite(variance);
+    }
+    if (!sound) {
+        kcf_lose_covariance(s, p);
+    }
+    for (int i = 0; i < kcf_N; i++) {
+        s->x[i] += s->dx[i];
+    }
+    kcf_clamp_all(s->x + kcf_IRON, 3, kcf_IRON_MAX);
+    kcf_clamp_all(s->x + kcf_LATENCY, 1, LATENCY_MAX);
+    kcf_clamp_all(s->x + kcf_GYRO, 3, p->bias_limit);
+    kcf_clamp_all(s->x + kcf_SCALE, 9, SCALE_MAX);
+}
+
+static void kcf_conclude(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    kcf_weigh_evidence(s, p);
+    if (s->job & kcf_JOB_MAG) {
+        kcf_find_north(s, p);
+    }
+}
+
+static void kcf_run_phase(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    switch (s->phase++) {
+    case kcf_PHASE_COUPLE: kcf_couple(s, p); break;
+    case kcf_PHASE_GYRO_X: kcf_learn_gyro(s, p, 0); break;
+    case kcf_PHASE_GYRO_Y: kcf_learn_gyro(s, p, 1); break;
+    case kcf_PHASE_GYRO_Z: kcf_learn_gyro(s, p, 2); break;
+    case kcf_PHASE_FIELD: kcf_follow_field(s, p); break;
+    case kcf_PHASE_MAG_X: kcf_learn_mag(s, p, 0); break;
+    case kcf_PHASE_MAG_Y: kcf_learn_mag(s, p, 1); break;
+    case kcf_PHASE_MAG_Z: kcf_learn_mag(s, p, 2); break;
+    case kcf_PHASE_ALTERNATIVE: kcf_learn_alternative(s, p); break;
+    case kcf_PHASE_APPLY: kcf_apply(s, p); break;
+    default: kcf_conclude(s, p); break;
+    }
+}
+
+static void kcf_run_phases(ahrs_kcf_state *s, const ahrs_kcf_params *p, int32_t until) {
+    while (s->phase < until) {
+        kcf_run_phase(s, p);
+    }
+}
+
+/* ---- seam ---- */
+
+/* The rotation since is not known: the average of the force begins anew, the field is sought where it is now. */
+static void kcf_restart_tilt(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    kcf_run_phases(s, p, kcf_PHASES);
+    kcf_clear_block(s);
+    memset(s->tilt_slope, 0, sizeof s->tilt_slope);
+    memset(s->sens_level, 0, sizeof s->sens_level);
+    memset(s->sens_slope, 0, sizeof s->sens_slope);
+    memset(s->rest_one, 0, sizeof s->rest_one);
+    memset(s->rest_two, 0, sizeof s->rest_two);
+    s->job = kcf_REALIGN;
+    s->tilt_age = 0;
+    s->rest_age = 0;
+    s->rest_count = 0;
+    s->rest_time = 0;
+}
+
+/* What a time without a rate, at the mean squared rate before, costs: some certainty of the heading, or the attitude. */
+static void kcf_account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_real blind) {
+    const ahrs_real lost = blind * blind * s->job_rate2;
+    const bool all = blind > AHRS_LONGEST_STEP || lost > kcf_LOST;
+    if (all) {
+        kcf_restart_tilt(s, p);
+    }
+    kcf_turn_field(s->cov, s->x, all ? 1 : lost);
+    kcf_turn_field(s->alt_cov, s->alt_x, all ? 1 : lost);
+}
+
+/* The first sample is kept until the second tells the interval it stands for. */
+static void kcf_start(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z) {
+    const ahrs_estimator_state common = s->common;
+    ahrs_kcf_init(s, p);
+    s->common = common;
+    memcpy(s->q_tilt, common.q, sizeof s->q_tilt);
+    memcpy(s->q_level, common.q, sizeof s->q_level);
+    kcf_face_north(s);
+    if (p->common.initialisation == AHRS_INITIALISATION_GIVEN) {
+        const ahrs_vec3 down = ahrs_quat_down(ahrs_quat_of(common.q));
+        ahrs_vec3_to(s->tilt_force, ahrs_vec3_scale(down, p->common.gravity));
+        s->tilt_age = kcf_tau_accel(p);
+    }
+    ahrs_vec3_to(s->rate, z->rate);
+    ahrs_vec3_to(s->seen, z->force);
+    ahrs_vec3_to(s->mag, z->mag);
+    s->job = kcf_FIRST_KEPT | (z->force_usable ? kcf_SEEN_FORCE : 0) | (z->mag_usable ? kcf_MAG_FRESH : 0);
+}
+
+static ahrs_sample kcf_take_first(ahrs_kcf_state *s, ahrs_real dt) {
+    const bool force = s->job & kcf_SEEN_FORCE, mag = s->job & kcf_MAG_FRESH;
+    s->job = 0;
+    return (ahrs_sample){.rate = ahrs_vec3_of(s->rate), .force = ahrs_vec3_of(s->seen), .accel = ahrs_vec3_of(s->seen),
+                         .mag = ahrs_vec3_of(s->mag), .force_usable = force, .accel_usable = force,
+                         .mag_usable = mag, .dt = dt, .gain_dt = dt};
+}
+
+/* Takes over a heading that the common state has turned. */
+static void kcf_turn_heading(ahrs_kcf_state *s) {
+    const ahrs_quat level_attitude = ahrs_quat_mul(ahrs_quat_of(s->q_level), ahrs_quat_of(s->q_int));
+    const ahrs_quat d = ahrs_quat_mul(ahrs_quat_of(s->common.q), ahrs_quat_conj(level_attitude));
+    const ahrs_real norm2 = d.w * d.w + d.z * d.z;
+    if (norm2 > 0) {
+        const ahrs_real k = 1 / ahrs_sqrt(norm2);
+        s->heading[0] = k * d.w;
+        s->heading[1] = k * d.z;
+        kcf_face_north(s);
+    }
+}
+
+static void kcf_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z, ahrs_real turn_time) {
+    kcf_integrate(s, p, z, turn_time);
+    kcf_detect_rest(s, z);
+    const ahrs_real half_step = AHRS_C(0.5) * z->dt;
+    if (s->block_time + half_step >= p->slow_period) {
+        kcf_run_phases(s, p, kcf_PHASES);
+        kcf_begin_slow_step(s, p, z);
+    }
+    const ahrs_real done = (s->block_time + half_step) / p->slow_period;
+    kcf_run_phases(s, p, p->spread ? (int32_t)((ahrs_real)kcf_PHASES * done) : kcf_PHASES);
+    ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, s->misfit > p->jump_threshold);
+    ahrs_set_condition(&s->common, AHRS_IMPLAUSIBLE, kcf_implausible(s, p));
+}
+
+static inline void ahrs_kcf_init(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    *s = (ahrs_kcf_state){.q_int = {1, 0, 0, 0}, .q_tilt = {1, 0, 0, 0}, .q_level = {1, 0, 0, 0}, .q_north = {1, 0, 0, 0}, .heading = {1, 0}};
+    s->phase = kcf_PHASES;
+    s->misfit = 1;
+    kcf_reset_covariance(s, p);
+    ahrs_estimator_init(&s->common);
+}
+
+static inline void ahrs_kcf_update(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_kcf_inputs *u, ahrs_real dt) {
+    ahrs_sample z;
+    switch (ahrs_estimator_begin(&s->common, &p->common, u, dt, &z)) {
+    case AHRS_WAIT:
+        return;
+    case AHRS_START:
+        kcf_start(s, p, &z);
+        return;
+    case AHRS_TURN:
+        kcf_turn_heading(s);
+        break;
+    case AHRS_RUN:
+        break;
+    }
+    if (s->job & kcf_FIRST_KEPT) {
+        const ahrs_sample first = kcf_take_first(s, ahrs_min(z.dt, p->slow_period));
+        kcf_step(s, p, &first, 0);
+    }
+    const bool held = ahrs_condition(&s->common, AHRS_GYRO_HELD);
+    if (z.dt > AHRS_LONGEST_STEP || (s->blind > 0 && !held)) {
+        kcf_account_for_blindness(s, p, ahrs_max(s->blind, z.dt));
+    }
+    s->blind = held ? s->blind + z.dt : 0;
+    kcf_step(s, p, &z, z.dt);
+    ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_mul(ahrs_quat_of(s->q_north), ahrs_quat_of(s->q_int)));
+}
+
+static inline void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_kcf_outputs_t *y) {
+    const int32_t frame = p->common.frame;
+    const ahrs_vec3 gyro = ahrs_vec3_of(s->common.gyro);
+    const ahrs_real unit = s->mag_scale > 0 ? 1 / s->mag_scale : 0;
+    const ahrs_real sign[3] = {1, frame == AHRS_FRAME_ENU ? -1 : 1, frame == AHRS_FRAME_ENU ? -1 : 1};
+    ahrs_estimator_outputs(&s->common, &p->common, ahrs_vec3_of(&s->x[kcf_GYRO]), &y->common);
+    ahrs_vec3_to(y->common.rate, ahrs_swap_body(frame, ahrs_vec3_sub(gyro, kcf_gyro_error(s, gyro))));
+    y->covariance_reset = ahrs_condition(&s->common, AHRS_COVARIANCE_RESET);
+    ahrs_vec3_to(y->hard_iron, ahrs_swap_body(frame, ahrs_vec3_scale(kcf_iron(s), unit)));
+    for (int i = 0; i < 9; i++) {
+        y->gyro_scale[i] = sign[i / 3] * sign[i % 3] * s->x[kcf_SCALE + i];
+    }
+    y->mag_latency = s->x[kcf_LATENCY];
+    const ahrs_real horizontal2 = s->x[0] * s->x[0] + s->x[1] * s->x[1];
+    y->local_field[0] = unit * ahrs_sqrt(horizontal2);
+    y->local_field[1] = unit * s->x[2];
+    const ahrs_real *P = s->cov;
+    const ahrs_real across = s->x[1] * s->x[1] * kcf_row_of(P, 0)[0] - 2 * s->x[0] * s->x[1] * kcf_row_of(P, 1)[0] +
+                             s->x[0] * s->x[0] * kcf_row_of(P, 1)[1];
+    y->heading_std = horizontal2 > 0 ? ahrs_min(ahrs_sqrt(ahrs_max(across, 0)) / horizontal2, AHRS_PI) : AHRS_PI;
+    y->disturbance = s->misfit;
+    y->uncalibrated = s->alt_probability;
+    y->at_rest = kcf_at_rest(s);
+    y->mag_disturbed = s->misfit > p->jump_threshold;
+    y->implausible = kcf_implausible(s, p);
+}
+
+/* Generated from models/kcf/kcf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_kcf_params params;
+    ahrs_kcf_inputs inputs;
+    ahrs_kcf_outputs_t outputs;
+    ahrs_kcf_state state;
+} kcf_instance;
+
+static const fmu_variable kcf_variables[] = {
+    {"gyro", 1, 3, offsetof(kcf_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(kcf_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(kcf_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(kcf_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(kcf_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(kcf_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(kcf_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(kcf_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(kcf_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(kcf_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(kcf_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(kcf_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(kcf_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(kcf_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(kcf_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(kcf_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"covariance_reset", 123, 1, offsetof(kcf_instance, outputs.covariance_reset), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(kcf_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(kcf_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(kcf_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(kcf_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(kcf_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(kcf_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(kcf_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(kcf_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(kcf_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(kcf_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(kcf_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(kcf_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(kcf_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(kcf_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(kcf_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"hard_iron", 300, 3, offsetof(kcf_instance, outputs.hard_iron), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_scale", 303, 9, offsetof(kcf_instance, outputs.gyro_scale), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag_latency", 312, 1, offsetof(kcf_instance, outputs.mag_latency), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"local_field", 313, 2, offsetof(kcf_instance, outputs.local_field), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"heading_std", 315, 1, offsetof(kcf_instance, outputs.heading_std), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"disturbance", 316, 1, offsetof(kcf_instance, outputs.disturbance), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"uncalibrated", 317, 1, offsetof(kcf_instance, outputs.uncalibrated), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"at_rest", 318, 1, offsetof(kcf_instance, outputs.at_rest), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_disturbed", 319, 1, offsetof(kcf_instance, outputs.mag_disturbed), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"implausible", 320, 1, offsetof(kcf_instance, outputs.implausible), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"profile", 1000, 1, offsetof(kcf_instance, params.profile), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 2.0},
+    {"accel_time_constant", 1001, 1, offsetof(kcf_instance, params.accel_time_constant), FMU_REAL, FMU_FIXED, 0, 0.1, 600.0},
+    {"use_mag", 1002, 1, offsetof(kcf_instance, params.use_mag), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"spread", 1003, 1, offsetof(kcf_instance, params.spread), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"slow_period", 1004, 1, offsetof(kcf_instance, params.slow_period), FMU_REAL, FMU_FIXED, 0, 0.005, 0.5},
+    {"uncalibrated_odds", 1005, 1, offsetof(kcf_instance, params.uncalibrated_odds), FMU_REAL, FMU_FIXED, 0, 0.0, 1000.0},
+    {"uncalibrated_std", 1006, 1, offsetof(kcf_instance, params.uncalibrated_std), FMU_REAL, FMU_FIXED, 0, 0.001, 10.0},
+    {"gyro_sampling", 1007, 1, offsetof(kcf_instance, params.gyro_sampling), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"refine", 1008, 1, offsetof(kcf_instance, params.refine), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"bias_std", 1010, 1, offsetof(kcf_instance, params.bias_std), FMU_REAL, FMU_FIXED, 0, 0.0, 1.0},
+    {"bias_forget_time", 1011, 1, offsetof(kcf_instance, params.bias_forget_time), FMU_REAL, FMU_FIXED, 0, 1.0, 1000000.0},
+    {"bias_limit", 1012, 1, offsetof(kcf_instance, params.bias_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"motion_drift_std", 1013, 1, offsetof(kcf_instance, params.motion_drift_std), FMU_REAL, FMU_FIXED, 0, 1e-06, 1.0},
+    {"rest_drift_std", 1014, 1, offsetof(kcf_instance, params.rest_drift_std), FMU_REAL, FMU_FIXED, 0, 1e-06, 1.0},
+    {"gyro_scale_std", 1015, 1, offsetof(kcf_instance, params.gyro_scale_std), FMU_REAL, FMU_FIXED, 0, 0.0, 0.1},
+    {"gyro_misalignment_std", 1016, 1, offsetof(kcf_instance, params.gyro_misalignment_std), FMU_REAL, FMU_FIXED, 0, 0.0, 0.1},
+    {"hard_iron_std", 1020, 1, offsetof(kcf_instance, params.hard_iron_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"mag_latency_std", 1021, 1, offsetof(kcf_instance, params.mag_latency_std), FMU_REAL, FMU_FIXED, 0, 0.0, 0.1},
+    {"mag_density", 1022, 1, offsetof(kcf_instance, params.mag_density), FMU_REAL, FMU_FIXED, 0, 1e-06, 10.0},
+    {"mag_noise", 1023, 1, offsetof(kcf_instance, params.mag_noise), FMU_REAL, FMU_FIXED, 0, 1e-06, 10.0},
+    {"mag_rate_noise", 1024, 1, offsetof(kcf_instance, params.mag_rate_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 1.0},
+    {"mag_tilt_noise", 1025, 1, offsetof(kcf_instance, params.mag_tilt_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"hard_iron_walk", 1026, 1, offsetof(kcf_instance, params.hard_iron_walk), FMU_REAL, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_walk", 1027, 1, offsetof(kcf_instance, params.field_walk), FMU_REAL, FMU_FIXED, 0, 0.0, 1.0},
+    {"heading_walk", 1028, 1, offsetof(kcf_instance, params.heading_walk), FMU_REAL, FMU_FIXED, 0, 0.0, 1.0},
+    {"heading_rate_walk", 1029, 1, offsetof(kcf_instance, params.heading_rate_walk), FMU_REAL, FMU_FIXED, 0, 0.0, 1.0},
+    {"jump_time", 1030, 1, offsetof(kcf_instance, params.jump_time), FMU_REAL, FMU_FIXED, 0, 0.01, 60.0},
+    {"jump_threshold", 1031, 1, offsetof(kcf_instance, params.jump_threshold), FMU_REAL, FMU_FIXED, 0, 1.0, 100.0},
+    {"jump_hard_iron", 1032, 1, offsetof(kcf_instance, params.jump_hard_iron), FMU_REAL, FMU_FIXED, 0, 0.0, 100.0},
+    {"jump_field", 1033, 1, offsetof(kcf_instance, params.jump_field), FMU_REAL, FMU_FIXED, 0, 0.0, 100.0},
+    {"outlier_weight", 1034, 1, offsetof(kcf_instance, params.outlier_weight), FMU_REAL, FMU_FIXED, 0, 0.0, 100.0},
+};
+
+static bool kcf_limit_0(const void *data) {
+    const ahrs_kcf_params *p = &((const kcf_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t kcf_limit_0_vrs[] = {207, 208};
+
+static bool kcf_limit_1(const void *data) {
+    const ahrs_kcf_params *p = &((const kcf_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t kcf_limit_1_vrs[] = {213, 214};
+
+static const fmu_limit kcf_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, kcf_limit_0_vrs, 2, kcf_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, kcf_limit_1_vrs, 2, kcf_limit_1},
+};
+
+static inline void ahrs_kcf_defaults(ahrs_kcf_params *p, ahrs_kcf_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->profile = 0;
+    p->accel_time_constant = AHRS_C(3.5);
+    p->use_mag = 1;
+    p->spread = 0;
+    p->slow_period = AHRS_C(0.05);
+    p->uncalibrated_odds = AHRS_C(0.3329);
+    p->uncalibrated_std = AHRS_C(0.2);
+    p->gyro_sampling = 0;
+    p->refine = 1;
+    p->bias_std = AHRS_C(0.017453292519943295);
+    p->bias_forget_time = AHRS_C(100.0);
+    p->bias_limit = AHRS_C(0.03490658503988659);
+    p->motion_drift_std = AHRS_C(0.0017453292519943296);
+    p->rest_drift_std = AHRS_C(0.0005235987755982988);
+    p->gyro_scale_std = AHRS_C(0.006);
+    p->gyro_misalignment_std = AHRS_C(0.004);
+    p->hard_iron_std = AHRS_C(0.02);
+    p->mag_latency_std = AHRS_C(0.01);
+    p->mag_density = AHRS_C(0.1);
+    p->mag_noise = AHRS_C(0.03);
+    p->mag_rate_noise = AHRS_C(0.005);
+    p->mag_tilt_noise = AHRS_C(0.3);
+    p->hard_iron_walk = AHRS_C(0.0003);
+    p->field_walk = AHRS_C(0.0002);
+    p->heading_walk = AHRS_C(0.001);
+    p->heading_rate_walk = AHRS_C(0.0015);
+    p->jump_time = AHRS_C(0.5);
+    p->jump_threshold = AHRS_C(2.0);
+    p->jump_hard_iron = AHRS_C(1.5);
+    p->jump_field = AHRS_C(0.01);
+    p->outlier_weight = AHRS_C(0.5);
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void kcf_defaults(void *data) {
+    kcf_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_kcf_defaults(&i->params, &i->inputs);
+}
+
+static void kcf_init(void *data) {
+    kcf_instance *i = data;
+    ahrs_kcf_init(&i->state, &i->params);
+}
+
+static void kcf_update(void *data, ahrs_real dt) {
+    kcf_instance *i = data;
+    ahrs_kcf_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void kcf_compute_outputs(void *data) {
+    kcf_instance *i = data;
+    ahrs_kcf_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_kcf_model = {
+    "kcf", "KCF", sizeof(kcf_instance), {offsetof(kcf_instance, params), sizeof(((kcf_instance *)0)->params)}, {offsetof(kcf_instance, inputs), sizeof(((kcf_instance *)0)->inputs)}, {offsetof(kcf_instance, outputs), sizeof(((kcf_instance *)0)->outputs)}, {offsetof(kcf_instance, state), sizeof(((kcf_instance *)0)->state)},
+    offsetof(kcf_instance, params.common.sample_time), 0.01,
+    kcf_variables, sizeof kcf_variables / sizeof kcf_variables[0],
+    kcf_limits, sizeof kcf_limits / sizeof kcf_limits[0],
+    kcf_defaults, kcf_init, kcf_update, kcf_compute_outputs};
+
+static const fmu_model *const ahrs_models[] = {
+    &ahrs_gcf_model,
+    &ahrs_kcf_model,
+};
+
+/* What a Modelica tool calls: an estimator as an external object (modelica/AHRSExternal). */
+#ifndef AHRS_EXTERNAL_H
+#define AHRS_EXTERNAL_H
+
+
+#include "ModelicaUtilities.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Numbers that a step gives: attitude, rate, gyroscope bias, status. */
+enum { AHRS_EXTERNAL_Q = 0, AHRS_EXTERNAL_RATE = 4, AHRS_EXTERNAL_BIAS = 7, AHRS_EXTERNAL_STATUS = 10 };
+
+typedef struct {
+    const fmu_model *model;
+    double instance[]; /* aligned for everything an instance holds */
+} ahrs_external;
+
+static const fmu_model *ahrs_external_model(const char *name) {
+    for (size_t i = 0; i < sizeof ahrs_models / sizeof ahrs_models[0]; i++) {
+        if (strcmp(ahrs_models[i]->name, name) == 0) {
+            return ahrs_models[i];
+        }
+    }
+    return NULL;
+}
+
+/* Whether the value is one that the variable may have; if so it is set. */
+static bool ahrs_external_assign(const ahrs_external *e, const fmu_variable *v, size_t element, double value) {
+    char *target = (char *)(uintptr_t)e->instance + v->offset;
+    const bool above = (v->flags & FMU_MIN_OPEN) ? value > v->min : value >= v->min;
+    const bool below = (v->flags & FMU_MAX_OPEN) ? value < v->max : value <= v->max;
+    if (!above || !below) {
+        return false;
+    }
+    if (v->type == FMU_REAL) {
+        ((ahrs_real *)(void *)target)[element] = (ahrs_real)value;
+    } else {
+        ((int32_t *)(void *)target)[element] = (int32_t)value;
+    }
+    return true;
+}
+
+/* "kp" is the scalar parameter kp, "q0[2]" the second element of q0. Returns what is wrong, or NULL. */
+static const char *ahrs_external_set(const ahrs_external *e, const char *name, double value) {
+    const char *bracket = strchr(name, '[');
+    const size_t length = bracket ? (size_t)(bracket - name) : strlen(name);
+    const unsigned long index = bracket ? strtoul(bracket + 1, NULL, 10) : 1;
+    for (size_t i = 0; i < e->model->n_variables; i++) {
+        const fmu_variable *v = &e->model->variables[i];
+        const bool is_parameter = v->role == FMU_FIXED || v->role == FMU_TUNABLE;
+        if (is_parameter && strncmp(v->name, name, length) == 0 && v->name[length] == '\0') {
+            if (index < 1 || index > v->size) {
+                return "has no such element";
+            }
+            return ahrs_external_assign(e, v, index - 1, value) ? NULL : "is outside its limits";
+        }
+    }
+    return "is no parameter of this estimator";
+}
+
+static const char *ahrs_external_broken_rule(const ahrs_external *e) {
+    for (size_t i = 0; i < e->model->n_limits; i++) {
+        const fmu_limit *limit = &e->model->limits[i];
+        if (!limit->is_warning && !limit->holds(e->instance)) {
+            return limit->says;
+        }
+    }
+    return NULL;
+}
+
+/* Constructor. What is wrong is reported through ModelicaFormatError, which does not return. */
+static inline void *ahrs_external_create(const char *model, const char *const *names, size_t n, const double *values) {
+    const fmu_model *found = ahrs_external_model(model);
+    if (!found) {
+        ModelicaFormatError("AHRS: there is no estimator '%s'", model);
+        return NULL;
+    }
+    ahrs_external *e = malloc(sizeof *e + found->instance_size);
+    if (!e) {
+        ModelicaError("AHRS: no memory for an estimator");
+        return NULL;
+    }
+    e->model = found;
+    found->defaults(e->instance);
+    for (size_t i = 0; i < n; i++) {
+        const char *problem = ahrs_external_set(e, names[i], values[i]);
+        if (problem) {
+            free(e);
+            ModelicaFormatError("AHRS: %s: parameter %s = %g %s", model, names[i], values[i], problem);
+            return NULL;
+        }
+    }
+    const char *rule = ahrs_external_broken_rule(e);
+    if (rule) {
+        free(e);
+        ModelicaFormatError("AHRS: %s: %s", model, rule);
+        return NULL;
+    }
+    found->init(e->instance);
+    return e;
+}
+
+static inline void ahrs_external_destroy(void *object) { free(object); }
+
+/* One sample. */
+static inline void ahrs_external_step(void *object, double dt, const double *gyro, const double *accel,
+                                      const double *mag, int accel_valid, int mag_valid, double *y) {
+    ahrs_external *e = object;
+    char *instance = (char *)e->instance;
+    /* Every estimator begins its inputs and outputs with the common ones. */
+    ahrs_estimator_inputs *u = (ahrs_estimator_inputs *)(void *)(instance + e->model->inputs.offset);
+    const ahrs_estimator_outputs_t *out =
+        (const ahrs_estimator_outputs_t *)(const void *)(instance + e->model->outputs.offset);
+    for (int i = 0; i < 3; i++) {
+        u->gyro[i] = (ahrs_real)gyro[i];
+        u->accel[i] = (ahrs_real)accel[i];
+        u->mag[i] = (ahrs_real)mag[i];
+    }
+    u->accel_valid = accel_valid != 0;
+    u->mag_valid = mag_valid != 0;
+    e->model->update(e->instance, (ahrs_real)dt);
+    e->model->compute_outputs(e->instance);
+    for (int i = 0; i < 4; i++) {
+        y[AHRS_EXTERNAL_Q + i] = (double)out->q[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        y[AHRS_EXTERNAL_RATE + i] = (double)out->rate[i];
+        y[AHRS_EXTERNAL_BIAS + i] = (double)out->gyro_bias[i];
+    }
+    y[AHRS_EXTERNAL_STATUS] = (double)out->status;
+}
+
+#endif

@@ -1,0 +1,1 @@
+"""Frequency domain: the theory of complementary filters, their design, and measured responses."""

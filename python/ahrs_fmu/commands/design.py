@@ -1,0 +1,280 @@
+"""``ahrs-fmu design``, ``allan`` and ``explain``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from ahrs_fmu import descriptors, plots, records, sensors
+from ahrs_fmu.analysis.coupling import ErrorKind
+from ahrs_fmu.analysis.design import (
+    Motion,
+    SensorNoise,
+    error_against_crossover,
+    gains_for,
+    gains_under_motion,
+    motion_band,
+    optimal_gains,
+    predict_attitude_rms,
+    predict_rms,
+    sensitivity,
+)
+from ahrs_fmu.analysis.explain import explain as explain_gains
+from ahrs_fmu.analysis.plots import allan_figure, error_figure
+from ahrs_fmu.analysis.quantity import as_json, rows
+from ahrs_fmu.analysis.sensor_noise import DIP, FIELD, RecordedNoise, noise_of_imu, noise_of_record
+from ahrs_fmu.analysis.theory import Gains, characterise, filter_of
+from ahrs_fmu.commands import numbers, terminal
+from ahrs_fmu.errors import DesignError
+
+DESIGN_EXAMPLES = """
+Examples:
+  ahrs-fmu design --crossover 0.5 --damping 0.8        gains with this crossover and damping
+  ahrs-fmu design --sensor mpu9250                     the best gains for a sensor
+  ahrs-fmu design --noise gyro=0.007,walk=1e-3,accel=2e-3,mag=0.05
+  ahrs-fmu design --sensor mpu9250 --motion 0.5,0.1,2  a vehicle that accelerates
+
+Densities: gyro in deg/s/rtHz, walk in deg/s2/rtHz, accel in m/s2/rtHz, mag in uT/rtHz.
+"""
+ALLAN_EXAMPLES = """
+Examples:
+  ahrs-fmu allan rest.csv --save         noise of the sensors and the gains for it, as a picture too
+
+The longest rest in the recording is used. An hour shows the bias walk of a common sensor.
+"""
+EXPLAIN_EXAMPLES = """
+Examples:
+  ahrs-fmu explain gcf
+  ahrs-fmu explain gcf --set kp=1 --set ki=0.2 --sensor adis16405
+"""
+
+_RATE = 100.0
+_CURVE_POINTS = 60
+_JsonFile = Annotated[
+    Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers; - is the terminal.")
+]
+_Save = Annotated[bool, typer.Option("--save", help="Draw a picture as PNG and SVG.")]
+_Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for the pictures.")]
+
+
+def design(
+    crossover: Annotated[float | None, typer.Option(help="Wanted crossover [rad/s].")] = None,
+    damping: Annotated[float, typer.Option(help="Wanted damping.")] = 0.8,
+    order: Annotated[int, typer.Option(min=1, max=3, help="Order of the filter.")] = 2,
+    sensor: Annotated[str | None, typer.Option(help="Name of a sensor.")] = None,
+    noise: Annotated[str | None, typer.Option(metavar="NAME=VALUE,...", help="Noise densities.")] = None,
+    motion: Annotated[
+        str | None,
+        typer.Option(metavar="RMS,LOW,HIGH", help="Motion acceleration [m/s2] in a band [Hz]."),
+    ] = None,
+    rate: Annotated[float, typer.Option(help="Sample rate [Hz].")] = _RATE,
+    save: _Save = False,
+    output: _Output = Path("build"),
+    json_file: _JsonFile = None,
+) -> None:
+    """Find gains: from a crossover and a damping, or from the noise of the sensors."""
+    sample_time = 1.0 / numbers.positive("rate", rate, "Hz")
+    noisy = _sensor(sensor, noise, sample_time)
+    shaken = _motion(motion)
+    if crossover is not None:
+        gains = gains_for(crossover, damping, order)
+    elif noisy is None:
+        raise typer.BadParameter("give --crossover, --sensor or --noise")
+    elif shaken is not None:
+        gains = gains_under_motion(noisy.tilt, shaken, sample_time)
+    else:
+        gains = optimal_gains(noisy.tilt)
+    filter_ = filter_of(gains, sample_time).require_stable()
+    terminal.OUT.print(_text(gains, "gains"))
+    found = characterise(filter_)
+    numbers.print_rows(rows(found), "filter")
+    data: dict[str, object] = {
+        "gains": asdict(gains),
+        "sample_time": sample_time,
+        "characteristics": as_json(found),
+    }
+    if noisy is not None:
+        data |= _print_prediction(gains, noisy, sample_time, shaken)
+        if save:
+            curve = error_against_crossover(
+                noisy.tilt,
+                found.crossover * np.geomspace(0.05, 20.0, _CURVE_POINTS),
+                found.damping if gains.order > 1 else 1.0,
+                gains.order,
+                motion=shaken,
+            )
+            _print_pictures(
+                plots.save(error_figure(curve, chosen=found.crossover), output / "design" / "error")
+            )
+    numbers.write_json(data, json_file)
+
+
+def allan(
+    recording: Annotated[Path, typer.Argument(metavar="RECORD", help="A recording at rest.")],
+    save: _Save = False,
+    output: _Output = Path("build"),
+    json_file: _JsonFile = None,
+) -> None:
+    """Find the noise of the sensors in a recording at rest, and the gains for it."""
+    found = noise_of_record(records.read(recording))
+    terminal.OUT.print(f"{recording}: {found.duration:.0f} s at rest")
+    _print_fits(found)
+    if not found.walk_resolved:
+        terminal.warn(
+            "the rest is too short for the bias walk: taken is the largest that it does not exclude"
+        )
+    numbers.print_rows(rows(found.noise), "mean of the axes")
+    tilt, heading = optimal_gains(found.noise.tilt), optimal_gains(found.noise.heading)
+    terminal.OUT.print(_text(tilt, "best gains for roll and pitch at rest"))
+    terminal.OUT.print(_text(heading, "best gains for the heading at rest"))
+    if save:
+        _print_pictures(plots.save(allan_figure(found.allan, found.fits), output / "allan" / recording.stem))
+    numbers.write_json(_allan_json(found), json_file)
+
+
+def explain(
+    estimator: Annotated[str, typer.Argument(help="A filter with gains.")] = "gcf",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter of the filter; may be repeated."),
+    ] = None,
+    sensor: Annotated[str, typer.Option(help="Sensor that the errors are predicted for.")] = "mpu9250",
+    json_file: _JsonFile = None,
+) -> None:
+    """Say in plain words what the gains of a filter do."""
+    descriptor = descriptors.load(estimator)
+    given = terminal.assignments(settings or [], "--set")
+    values = {p.name: descriptor.numbers(p, given.get(p.name, p.default)) for p in descriptor.parameters}
+    for name in given:
+        descriptor.parameter(name)
+    if "kp" not in values:
+        raise DesignError(
+            f"{descriptor.title} has no gains to explain: try ahrs-fmu bode --estimator {estimator} --measure"
+        )
+    descriptor.check(values)
+
+    def number(name: str) -> float:
+        return values[name][0] if name in values else 0.0
+
+    gains, kind = Gains(number("kp"), number("ki"), number("kii")), _kind(number("form"), number("error"))
+    compensates = number("motion_compensation") > 0.0
+    told = explain_gains(
+        gains.scaled(number("kg") + number("kh")) if kind == "coupled" else gains,
+        number("sample_time"),
+        _sensor(sensor, None, number("sample_time")),
+        kind,
+        number("motion_time_constant") if compensates else None,
+    )
+    terminal.OUT.print(f"{_text(gains, descriptor.title)}, {1.0 / number('sample_time'):.4g} Hz, {sensor}")
+    if kind == "coupled":
+        terminal.warn("the coupled error acts on pitch with kg + kh, as shown, on the other axes with less")
+    shown = terminal.table(["", "", "what it means"])
+    for finding in told.findings:
+        shown.add_row(finding.topic, finding.value, finding.meaning)
+    terminal.OUT.print(shown, soft_wrap=False)
+    data: dict[str, object] = {
+        "estimator": estimator,
+        "gains": asdict(gains),
+        "characteristics": as_json(told.characteristics),
+        "findings": [asdict(f) for f in told.findings],
+    }
+    if told.budget is not None:
+        data["rms"] = as_json(told.budget)
+    numbers.write_json(data, json_file)
+
+
+def _kind(form: float, error: float) -> ErrorKind:
+    if form > 0.0:
+        return "attitude"
+    return "coupled" if error > 0.0 else "decoupled"
+
+
+def _sensor(name: str | None, densities: str | None, sample_time: float) -> SensorNoise | None:
+    if name is not None and densities is not None:
+        raise typer.BadParameter("give --sensor or --noise, not both")
+    if name is not None:
+        return noise_of_imu(sensors.load(name), sample_time)
+    if densities is None:
+        return None
+    known = {"gyro": math.radians(1.0), "walk": math.radians(1.0), "accel": 1.0, "mag": 1e-6}
+    given = terminal.assignments(densities.split(","), "--noise")
+    if unknown := sorted(set(given) - set(known)):
+        raise typer.BadParameter(f"{unknown[0]!r} is none of {', '.join(known)}", param_hint="--noise")
+    values = {n: factor * numbers.number(n, given[n]) if n in given else 0.0 for n, factor in known.items()}
+    if not values["accel"]:
+        raise typer.BadParameter("accel=... is needed: the tilt is measured with it", param_hint="--noise")
+    return SensorNoise(values["gyro"], values["walk"], values["accel"], values["mag"], FIELD, DIP)
+
+
+def _motion(text: str | None) -> Motion | None:
+    if text is None:
+        return None
+    parts = text.split(",")
+    if len(parts) != 3:
+        raise typer.BadParameter(f"{text!r} is not of the form RMS,LOW,HIGH", param_hint="--motion")
+    rms, low, high = (numbers.number("motion", p) for p in parts)
+    return motion_band(rms, low, high)
+
+
+def _text(gains: Gains, what: str) -> str:
+    third = f", kii = {gains.kii:.4g} rad3/s3" if gains.kii else ""
+    return f"{what}: kp = {gains.kp:.4g} rad/s, ki = {gains.ki:.4g} rad2/s2{third}"
+
+
+def _print_prediction(
+    gains: Gains, noisy: SensorNoise, sample_time: float, shaken: Motion | None
+) -> dict[str, object]:
+    numbers.print_rows(rows(noisy), "sensor")
+    budget = predict_rms(gains, noisy.tilt, sample_time, shaken)
+    attitude = predict_attitude_rms(gains, noisy, sample_time) if noisy.mag else None
+    reaction = sensitivity(gains, noisy.tilt, sample_time)
+    numbers.print_rows(rows(budget), "predicted RMS of tilt")
+    if attitude is not None:
+        numbers.print_rows(rows(attitude), "predicted RMS at rest")
+    numbers.print_rows(rows(reaction), "sensitivity of tilt at rest")
+    return {
+        "sensor": as_json(noisy),
+        "tilt": as_json(budget),
+        "attitude": None if attitude is None else as_json(attitude),
+        "sensitivity": as_json(reaction),
+    }
+
+
+def _print_fits(found: RecordedNoise) -> None:
+    shown = terminal.table(["gyro axis"], ["N [deg/s/rtHz]", "B [deg/s]", "K [deg/s2/rtHz]"])
+    for name, fit in found.fits.items():
+        estimates = (fit.white, fit.instability, fit.walk)
+        cells = (f"{math.degrees(e.value):.3g} ± {math.degrees(e.reach):.1g}" for e in estimates)
+        shown.add_row(name, *cells)
+    terminal.OUT.print(shown)
+    terminal.OUT.print("±: 95 % confidence")
+
+
+def _allan_json(found: RecordedNoise) -> dict[str, object]:
+    return {
+        "duration": found.duration,
+        "walk_resolved": found.walk_resolved,
+        "noise": as_json(found.noise),
+        "gyro": {
+            name: {
+                "tau": found.allan[name].tau.tolist(),
+                "deviation": found.allan[name].deviation.tolist(),
+                "white": asdict(fit.white),
+                "instability": asdict(fit.instability),
+                "walk": asdict(fit.walk),
+            }
+            for name, fit in found.fits.items()
+        },
+        "tilt_gains": asdict(optimal_gains(found.noise.tilt)),
+        "heading_gains": asdict(optimal_gains(found.noise.heading)),
+    }
+
+
+def _print_pictures(files: list[Path]) -> None:
+    for file in files:
+        terminal.OUT.print(f"plot: {file}")

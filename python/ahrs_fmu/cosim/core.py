@@ -1,0 +1,153 @@
+"""The C core as a stepper: the code of an FMU without the FMU."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ahrs_fmu.cosim.stepper import Array, Port
+from ahrs_fmu.descriptors import Descriptor, Variable
+from ahrs_fmu.errors import ParameterError
+from ahrs_fmu.host_library import Precision
+from ahrs_fmu.native import NativeModel
+
+_GRID = 1e-6
+"""How far from a whole number of sample times a step may be, in sample times."""
+
+
+@dataclass(frozen=True, slots=True)
+class SavedCore:
+    """State of a `CoreStepper`."""
+
+    memory: bytes
+    started: bool
+
+
+class CoreStepper:
+    """An instance of a C model behind the `Stepper` protocol, with the timing of its FMU.
+
+    Parameters
+    ----------
+    descriptor : Descriptor
+        The model.
+    parameters : mapping of str to value, optional
+        Parameters that differ from their defaults; an enumeration by the name of its item.
+    precision : {"double", "single"}, optional
+        Floating-point type of the C code.
+
+    Raises
+    ------
+    ParameterError
+        A parameter is unknown or refused.
+    """
+
+    def __init__(
+        self,
+        descriptor: Descriptor,
+        parameters: Mapping[str, object] | None = None,
+        precision: Precision = "double",
+    ) -> None:
+        self.descriptor = descriptor
+        given = parameters or {}
+        values = {v.name: descriptor.numbers(v, given.get(v.name, v.default)) for v in descriptor.parameters}
+        for name in given:
+            descriptor.parameter(name)
+        descriptor.check(values)
+        self._model = NativeModel(descriptor, precision)
+        for name, value in values.items():
+            self._model.set(name, value)
+        self.sample_time = float(values["sample_time"][0])
+        self._inputs = {v.name: _port(v) for v in descriptor.inputs}
+        self._outputs = {v.name: _port(v) for v in descriptor.outputs}
+        self._variables = {v.name: _port(v) for v in descriptor.variables}
+        self._fresh = self._model.save()
+        self.reset()
+
+    @property
+    def inputs(self) -> Mapping[str, Port]:
+        """The input variables."""
+        return self._inputs
+
+    @property
+    def outputs(self) -> Mapping[str, Port]:
+        """The output variables."""
+        return self._outputs
+
+    def set(self, name: str, value: ArrayLike) -> None:
+        """Set an input."""
+        port = self._port(name, self._inputs, "input")
+        array = np.asarray(value, dtype=np.float64)
+        if array.shape != port.shape:
+            raise ParameterError(f"{name} has shape {array.shape}; expected {port.shape}")
+        self._model.set(name, np.atleast_1d(array))
+
+    def get(self, name: str) -> Array:
+        """Return a variable as it is now."""
+        port = self._port(name, self._variables, "variable")
+        return np.asarray(self._model.get(name), dtype=np.float64).reshape(port.shape)
+
+    def step(self, dt: float) -> None:
+        """Run the samples of the next `dt` seconds, a multiple of the sample time, with the same inputs."""
+        ticks = self._ticks(dt)
+        self._start()
+        for _ in range(ticks):
+            self._model.update(self.sample_time)
+        self._model.compute_outputs()
+
+    def save(self) -> SavedCore:
+        """Return the complete state."""
+        return SavedCore(self._model.save(), self._started)
+
+    def restore(self, state: SavedCore) -> None:
+        """Continue from what `save` returned."""
+        self._model.restore(state.memory)
+        self._started = state.started
+
+    def reset(self) -> None:
+        """Return to the state of a fresh instance with the same parameters."""
+        self._model.restore(self._fresh)
+        self._model.reset()
+        self._started = False
+
+    def replay(self, inputs: Mapping[str, Array], outputs: Sequence[str], dt: float) -> dict[str, Array]:
+        """Take a whole record; see `ahrs_fmu.cosim.stepper.replay`."""
+        rows = len(next(iter(inputs.values())))
+        ticks = self._ticks(dt)
+        columns = {name: np.repeat(np.asarray(values), ticks, axis=0) for name, values in inputs.items()}
+        for name in (*inputs, *outputs):
+            self._port(name, self._variables, "variable")
+        if rows and not self._started:
+            for name, values in inputs.items():
+                self.set(name, values[0])
+            self._start()
+        found = self._model.run(np.full(rows * ticks, self.sample_time), columns, outputs)
+        return {name: np.asarray(v[ticks - 1 :: ticks], dtype=np.float64) for name, v in found.items()}
+
+    def _start(self) -> None:
+        """Initialise from the inputs present, as an FMU does when its initialisation ends."""
+        if not self._started:
+            self._model.update(0.0)
+            self._started = True
+
+    def _ticks(self, dt: float) -> int:
+        ticks = round(dt / self.sample_time)
+        if ticks < 1 or abs(dt / self.sample_time - ticks) > _GRID:
+            raise ParameterError(
+                f"step of {dt:g} s: {self.descriptor.title} takes multiples of its sample_time, "
+                f"{self.sample_time:g} s"
+            )
+        return ticks
+
+    def _port(self, name: str, ports: Mapping[str, Port], role: str) -> Port:
+        try:
+            return ports[name]
+        except KeyError:
+            known = ", ".join(ports)
+            raise ParameterError(f"{self.descriptor.title} has no {role} {name!r}; it has {known}") from None
+
+
+def _port(variable: Variable) -> Port:
+    return Port(variable.unit, () if variable.size == 1 else (variable.size,))

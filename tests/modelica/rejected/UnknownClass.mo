@@ -1,0 +1,3 @@
+model UnknownClass "A block that the library has not"
+  AHRS.Filters.Madgwick filter;
+end UnknownClass;
