@@ -12,7 +12,7 @@
 
 /* What carries the sensor; sets the time constant of the tilt */
 enum {
-    AHRS_KCF_PROFILE_HAND = 0, /* worn or held by a person, robots arms: accelerations change sign within seconds; 3.5 s */
+    AHRS_KCF_PROFILE_HAND = 0, /* worn or held by a person, robot arms: accelerations change sign within seconds; 3.5 s */
     AHRS_KCF_PROFILE_MULTIROTOR = 1, /* accelerations last for seconds, the gyroscope is good for ten: 10 s */
     AHRS_KCF_PROFILE_CUSTOM = 2, /* accel_time_constant says */
 };
@@ -38,14 +38,14 @@ typedef struct {
     ahrs_real gyro_misalignment_std; /* Misalignment and cross coupling of the gyroscope, standard deviation per element [rad] */
     ahrs_real hard_iron_std; /* Hard iron that a calibration leaves, standard deviation per axis, of the local field [1] */
     ahrs_real mag_latency_std; /* Latency of the magnetometer against the gyroscope, standard deviation [s] */
-    ahrs_real mag_density; /* Noise density of the field with everything that varies slowly in it, of the local field [s0.5] */
+    ahrs_real mag_density; /* Deviation of the mean of the field over one second, with everything that varies slowly in it, of the local field [1] */
     ahrs_real mag_noise; /* Usual deviation of one magnetometer sample from the expected field, of the local field [1] */
     ahrs_real mag_rate_noise; /* Additional deviation per angular rate [s] */
     ahrs_real mag_tilt_noise; /* Additional deviation while the first tilt settles [1] */
-    ahrs_real hard_iron_walk; /* Random walk of the hard iron, of the local field [s-0.5] */
-    ahrs_real field_walk; /* Random walk of the local field, of itself [s-0.5] */
-    ahrs_real heading_walk; /* Random walk of the integrated heading [rad/s0.5] */
-    ahrs_real heading_rate_walk; /* Random walk of the integrated heading per angular rate [s0.5] */
+    ahrs_real hard_iron_walk; /* Random walk of the hard iron: standard deviation after one second, of the local field [1] */
+    ahrs_real field_walk; /* Random walk of the local field: standard deviation after one second, of itself [1] */
+    ahrs_real heading_walk; /* Random walk of the integrated heading: standard deviation after one second [rad] */
+    ahrs_real heading_rate_walk; /* Random walk of the integrated heading per angular rate: standard deviation after one second at one rad/s [s] */
     ahrs_real jump_time; /* Time over which a misfit of the field is averaged before it counts as a change [s] */
     ahrs_real jump_threshold; /* Mean squared misfit, of the expected one, above which the field or the hard iron has changed [1] */
     ahrs_real jump_hard_iron; /* How fast a change makes the hard iron uncertain [1/s] */
