@@ -191,8 +191,8 @@ class KCF(Estimator):
         What a gyroscope sample stands for, used with refine.
     refine : bool, default True
         Correct the averaged tilt for what has since been learned of the gyroscope, join rate
-        samples to second order, let both hypotheses share one field until the body has turned;
-        false: the plain equations, for comparison.
+        samples to second order, keep north through a change of the field; false: the plain
+        equations, for comparison.
     bias_std : float, default 0.017453292519943295
         Gyroscope bias before anything is learned, standard deviation per axis [rad/s]. Must be at
         least 0 and at most 1.

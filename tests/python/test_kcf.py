@@ -273,6 +273,25 @@ def test_a_magnet_that_is_put_on_is_told_and_then_learned(turning: Record) -> No
     np.testing.assert_allclose(result.others["hard_iron"][-1], iron[-1], atol=1.0 * MICRO)
 
 
+def test_north_is_kept_through_a_change_of_the_field_in_the_room(turning: Record) -> None:
+    extra = np.zeros((len(turning), 3))
+    extra[4000:9000] = [15e-6, 10e-6, 5e-6]
+    disturbed = replace(
+        turning, mag=turning.mag + quaternion.rotate(quaternion.conjugate(turning.q_true), extra)
+    )
+    result = filter_().run(disturbed)
+    told = result.others["mag_disturbed"].astype(np.bool_)
+    assert not told[1000:4000].any()
+    assert told[5000:9000].all()
+    assert not told[-1000:].any()
+    heading, _ = heading_and_tilt(turning, result.q)
+    # The field turns by 25 deg; the gyroscope keeps north, and the old field is recognised when it is back.
+    assert heading[5000:9000].max() < 6.0 * DEG
+    assert heading[-1000:].max() < 2.0 * DEG
+    naive, _ = heading_and_tilt(turning, filter_(refine=False).run(disturbed).q)
+    assert naive[5000:9000].max() > 2.0 * heading[5000:9000].max()
+
+
 def test_the_heading_is_as_certain_as_it_is_said_to_be(imperfect: Record) -> None:
     result = filter_().run(imperfect)
     heading, _ = heading_and_tilt(imperfect, result.q)
