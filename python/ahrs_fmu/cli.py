@@ -8,7 +8,9 @@ from typing import Annotated
 
 import typer
 
-from ahrs_fmu.commands import bode, build, demo, design, export, fmu, replay, reproduce, terminal
+from ahrs_fmu.commands import (
+    benchmark, bode, build, demo, design, export, fmu, replay, reproduce, terminal,
+)
 from ahrs_fmu.errors import AhrsError
 from ahrs_fmu.version import __version__
 
@@ -39,6 +41,7 @@ for command, examples in (
     (design.explain, design.EXPLAIN_EXAMPLES),
     (demo.demo, demo.EXAMPLES),
     (reproduce.reproduce, reproduce.EXAMPLES),
+    (benchmark.benchmark, benchmark.EXAMPLES),
 ):
     app.command(epilog=f"\b{examples}")(command)
 

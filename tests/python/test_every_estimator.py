@@ -18,7 +18,7 @@ CORRECTING = tuple(name for name in ALL if name != "strapdown")
 WITH_COVARIANCE = ("adaptive_ckf", "cg_ekf", "improved_ekf", "mahony_ekf", "mekf", "ukf")
 LEARNING_BIAS = ("gcf", "mahony", "mahony_ekf", "mekf", "ukf")
 BY_POINTS = ("adaptive_ckf", "ukf")
-"""Their means over points feel the curvature of rotations within the covariance: milliradians while that is large."""
+"""Their means over points feel the curvature of rotations within a large covariance: milliradians."""
 PRECISIONS = ("double", "single")
 
 
