@@ -403,6 +403,8 @@ def _check_descriptor(descriptor: Descriptor, file: _File) -> None:
             )
         if (variable.type == "enumeration") != bool(variable.enumeration):
             raise DescriptorError(f"{where}: {variable.name} is no enumeration but names one")
+        if variable.size > 1 and variable.type != "real":
+            raise DescriptorError(f"{where}: {variable.name} is an array, which only a real variable can be")
         try:
             descriptor.numbers(variable, variable.default)
         except ParameterError as error:

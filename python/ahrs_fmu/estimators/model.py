@@ -110,8 +110,8 @@ class NumpyModel:
         expected = len(self.save())
         if len(saved) != expected:
             raise ValueError(
-                f"the saved state has {len(saved)} bytes; {self.descriptor.title} for a batch of {self.shape} "
-                f"has {expected}"
+                f"the saved state has {len(saved)} bytes; "
+                f"{self.descriptor.title} for a batch of {self.shape} has {expected}"
             )
         position = 0
 

@@ -13,7 +13,7 @@ from ahrs_fmu.export.binaries import compile_binaries
 from ahrs_fmu.export.model_description import build_description, model_description, terminals_and_icons
 from ahrs_fmu.export.source_code import source_files
 from ahrs_fmu.export.variant import Fmi, Variant
-from ahrs_fmu.native import Precision
+from ahrs_fmu.host_library import Precision
 from ahrs_fmu.sources import fmu_src
 from ahrs_fmu.toolchain import host_platform
 

@@ -1,4 +1,4 @@
-"""The C sources of one FMU: complete, in one flat folder, with a configuration header that makes them that FMU."""
+"""The C sources of one FMU: complete, in one flat folder, with a header that says which FMU they are."""
 
 from __future__ import annotations
 
@@ -40,7 +40,12 @@ def source_files(variant: Variant) -> dict[str, str]:
     root = fmu_src()
     model = variant.descriptor.folder
     fmi = root / "fmi"
-    c_files = [*sorted(model.glob("*.c")), fmi / "component.c", fmi / "engine_core.c", fmi / f"fmi{variant.version}.c"]
+    c_files = [
+        *sorted(model.glob("*.c")),
+        fmi / "component.c",
+        fmi / "engine_core.c",
+        fmi / f"fmi{variant.version}.c",
+    ]
     folders = [model, *(root / name for name in _HEADER_FOLDERS)]
     files = {CONFIG: _configuration(variant)}
     for path in c_files:
@@ -62,7 +67,9 @@ def _headers(c_files: Iterable[Path], folders: Iterable[Path]) -> list[Path]:
                 continue
             paths = [folder / name for folder in folders if (folder / name).is_file()]
             if not paths:
-                raise BuildError(f"header {name} is in none of {', '.join(folder.name for folder in folders)}")
+                raise BuildError(
+                    f"header {name} is in none of {', '.join(folder.name for folder in folders)}"
+                )
             found[name] = paths[0]
             waiting.append(paths[0])
     return list(found.values())
@@ -82,5 +89,10 @@ def _configuration(variant: Variant) -> str:
         lines += ["#define AHRS_SINGLE"]
     if variant.version == 2:
         # FMI 2 gives functions of a source FMU this prefix; an importer that builds a library overrides it.
-        lines += ["", "#ifndef FMI2_FUNCTION_PREFIX", f"#define FMI2_FUNCTION_PREFIX {variant.descriptor.title}_", "#endif"]
+        lines += [
+            "",
+            "#ifndef FMI2_FUNCTION_PREFIX",
+            f"#define FMI2_FUNCTION_PREFIX {variant.descriptor.title}_",
+            "#endif",
+        ]
     return "\n".join([*lines, "", "#endif", ""])

@@ -9,7 +9,7 @@ from typing import Literal
 import msgspec
 
 from ahrs_fmu.descriptors import Descriptor
-from ahrs_fmu.native import Precision
+from ahrs_fmu.host_library import Precision
 
 Fmi = Literal["2", "3", "3-scalar"]
 
@@ -49,8 +49,12 @@ class Variant:
 
     @property
     def token(self) -> str:
-        """Instantiation token (GUID in FMI 2): tells apart all that makes a saved state or a value reference differ."""
-        fields = {name: getattr(self.descriptor, name) for name in self.descriptor.__struct_fields__ if name != "folder"}
+        """Instantiation token, GUID in FMI 2: differs where saved states or value references do."""
+        fields = {
+            name: getattr(self.descriptor, name)
+            for name in self.descriptor.__struct_fields__
+            if name != "folder"
+        }
         text = msgspec.json.encode([fields, self.fmi, "c", self.precision], order="deterministic")
         digest = hashlib.sha256(text).hexdigest()
         return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
