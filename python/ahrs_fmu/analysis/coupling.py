@@ -165,19 +165,16 @@ class CoupledFilter:
             return np.full((n, n), math.inf)
         sensors = (b.shape[1] - 2 * n) // 2
         density = np.concatenate((np.zeros(n), np.full(n, gyro), np.repeat([accel, mag], sensors)))
-        inputs, feed = b * density, d * density
-        if self.learnt_bias is not None:
-            # Counted from the bias as it is now, an increment leaves the filter with the old one.
-            inputs = np.hstack(
-                (inputs, bias_walk * (T or 1.0) * (a if T else np.eye(len(a))) @ self.learnt_bias)
-            )
-            feed = np.hstack((feed, bias_walk * (T or 0.0) * c @ self.learnt_bias))
+        # Counted from the bias as it is now, an increment leaves the filter with the old one.
+        old_bias = bias_walk * (np.zeros((a.shape[0], n)) if self.learnt_bias is None else self.learnt_bias)
         if T is None:
+            inputs = np.hstack((b * density, old_bias))
             state = systems.stationary_covariance(a, inputs @ inputs.T, 0.0)
             return np.asarray(c @ state @ c.T, dtype=np.float64)
-        # White samples of a density have that density over the root of T as standard deviation.
-        one = np.eye(a.shape[0])
-        state = systems.stationary_covariance((a - one) / T, inputs @ inputs.T / T**2, T)
+        # White samples have the density over the root of T as standard deviation, increments times it.
+        inputs = np.hstack((b * density, T * a @ old_bias)) / T
+        feed = np.hstack((d * density, T * c @ old_bias))
+        state = systems.stationary_covariance((a - np.eye(a.shape[0])) / T, inputs @ inputs.T, T)
         return np.asarray(c @ state @ c.T + feed @ feed.T / T, dtype=np.float64)
 
 
