@@ -55,6 +55,16 @@ def written(path: str) -> dict[str, object]:
     return found
 
 
+@pytest.mark.parametrize("command", ["bode", "design", "allan", "explain"])
+def test_every_command_shows_examples_in_its_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"Examples:\n    ahrs-fmu {command}" in said(capsys, command, "--help")
+
+
+def test_bode_refuses_what_is_no_attitude_estimator(capsys: pytest.CaptureFixture[str]) -> None:
+    message = refused(capsys, "bode", "--estimator", "quadrotor", "--measure", "--points", 2)
+    assert "no variable gyro, accel, mag" in message
+
+
 def test_bode_shows_the_theory_of_gains(capsys: pytest.CaptureFixture[str]) -> None:
     text = said(capsys, "bode", "--kp", 0.5, "--ki", 0.1, "--points", 5, "--json", "bode.json")
     assert "crossover" in text
