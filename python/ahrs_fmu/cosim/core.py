@@ -140,7 +140,7 @@ class CoreStepper:
             self._started = True
 
     def _initialise(self) -> None:
-        """Take the first state from the inputs present, as an FMU does whenever it is asked before its end."""
+        """Take the first state from the inputs present, as an FMU does when asked during initialisation."""
         self._model.reset()
         self._model.update(0.0)
 
