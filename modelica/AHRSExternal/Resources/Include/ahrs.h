@@ -1248,8 +1248,8 @@ static inline ahrs_quat ahrs_increment(ahrs_vec3 d) {
 #define AHRS_NOISE_H
 
 
-/* rad/s: how wrong a rate is that was not measured, because a sample was unusable or the step too long. */
-#define AHRS_HELD_RATE AHRS_C(0.5)
+/* rad/s/sqrt(Hz): how wrong a rate is that was not measured, because a sample was unusable or the step too long. */
+#define AHRS_HELD_NOISE AHRS_C(0.1)
 
 /* Of white noise in one sample; the sensor's interval, whatever the step since the sample before. */
 static inline ahrs_real ahrs_sample_variance(const ahrs_estimator_params *p, ahrs_real density) {
@@ -1258,10 +1258,8 @@ static inline ahrs_real ahrs_sample_variance(const ahrs_estimator_params *p, ahr
 
 /* Of the rotation in one step, rad2. */
 static inline ahrs_real ahrs_turn_variance(const ahrs_estimator_state *s, const ahrs_sample *z, ahrs_real density) {
-    const ahrs_real measured = density * density * z->dt;
     const bool held = ahrs_condition(s, AHRS_GYRO_HELD) || !(z->gain_dt > 0);
-    const ahrs_real turn = AHRS_HELD_RATE * z->dt;
-    return held ? measured + turn * turn : measured;
+    return (density * density + (held ? AHRS_HELD_NOISE * AHRS_HELD_NOISE : 0)) * z->dt;
 }
 
 /* Of what motion compensation leaves of a changing acceleration, (m/s2)2: it is that of the sample before. */
@@ -1549,8 +1547,8 @@ enum { adaptive_ckf_N = 4, adaptive_ckf_HEADING = 3, adaptive_ckf_TRIANGLE = AHR
 /* Beyond this pitch (85 deg) the heading is not measured. */
 static const ahrs_real adaptive_ckf_SINE_OF_PITCH_MAX = AHRS_C(0.9961946980917455);
 
-/* Sum of the variances of the quaternion's elements: a rotation about any axis by one radian, as good as unknown. */
-static const ahrs_real adaptive_ckf_SPREAD_MAX = AHRS_C(1.0);
+/* Sum of the variances of the quaternion's elements, that of a rotation by one radian: as good as unknown. */
+static const ahrs_real adaptive_ckf_SPREAD_MAX = AHRS_C(0.25);
 
 /* A correction on its way: innovation v, its covariance S, gain K, and K v. */
 typedef struct {
@@ -1938,7 +1936,7 @@ static const fmu_variable adaptive_ckf_variables[] = {
     {"heading_noise", 1044, 1, offsetof(adaptive_ckf_instance, params.heading_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
     {"quaternion_noise", 1046, 1, offsetof(adaptive_ckf_instance, params.quaternion_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
     {"motion_noise", 1047, 1, offsetof(adaptive_ckf_instance, params.motion_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 1000.0},
-    {"initial_attitude_std", 1048, 1, offsetof(adaptive_ckf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 1.0},
+    {"initial_attitude_std", 1048, 1, offsetof(adaptive_ckf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 0.5},
     {"adaptation", 1070, 1, offsetof(adaptive_ckf_instance, params.adaptation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 4.0},
     {"process_noise", 1071, 1, offsetof(adaptive_ckf_instance, params.process_noise), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
     {"forgetting", 1072, 1, offsetof(adaptive_ckf_instance, params.forgetting), FMU_REAL, FMU_FIXED, FMU_MAX_OPEN, 0.5, 1.0},
