@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ahrs_fmu.commands import benchmark, bode, build, demo, design, fmu, replay, terminal
+from ahrs_fmu.commands import benchmark, bode, build, demo, design, export, fmu, replay, reproduce, terminal
 from ahrs_fmu.errors import AhrsError
 from ahrs_fmu.version import __version__
 
@@ -29,6 +29,7 @@ app = typer.Typer(
 )
 for command, examples in (
     (build.build, build.EXAMPLES),
+    (export.export, export.EXAMPLES),
     (fmu.info, fmu.INFO_EXAMPLES),
     (fmu.validate, fmu.VALIDATE_EXAMPLES),
     (replay.replay, replay.EXAMPLES),
@@ -38,6 +39,7 @@ for command, examples in (
     (design.explain, design.EXPLAIN_EXAMPLES),
     (demo.demo, demo.EXAMPLES),
     (benchmark.benchmark, benchmark.EXAMPLES),
+    (reproduce.reproduce, reproduce.EXAMPLES),
 ):
     app.command(epilog=f"\b{examples}")(command)
 

@@ -7,7 +7,9 @@ Estimators share ``fmu_src/estimator/estimator.toml``, which a model names as it
 
 from __future__ import annotations
 
+import hashlib
 import math
+import sys
 import tomllib
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -251,13 +253,17 @@ class Descriptor(Struct, frozen=True):
                 return item.value
         raise ParameterError(f"{variable.name} = {value!r} is not one of {', '.join(enumeration.names())}")
 
-    def check(self, values: Mapping[str, Sequence[float]]) -> list[Limit]:
+    def check(
+        self, values: Mapping[str, Sequence[float]], epsilon: float = sys.float_info.epsilon
+    ) -> list[Limit]:
         """Check the rules between parameters.
 
         Parameters
         ----------
         values : mapping of str to sequence of float
             The elements of every parameter, as `numbers` gives them.
+        epsilon : float
+            Relative rounding of the precision that the model will run in; double by default.
 
         Returns
         -------
@@ -271,7 +277,7 @@ class Descriptor(Struct, frozen=True):
         """
         scope = {v.name: values[v.name] if v.size > 1 else values[v.name][0] for v in self.parameters}
         items = {item.name: item.value for e in self.enumerations.values() for item in e.items}
-        broken = [limit for limit in self.limits if not Rule(limit.rule).holds(scope, items)]
+        broken = [limit for limit in self.limits if not Rule(limit.rule).holds(scope, items, epsilon)]
         for limit in broken:
             if not limit.warning:
                 given = ", ".join(
@@ -279,6 +285,12 @@ class Descriptor(Struct, frozen=True):
                 )
                 raise ParameterError(f"{limit.rule} does not hold ({given}): {limit.says}")
         return broken
+
+    def fingerprint(self) -> str:
+        """Hash of what two sides that exchange values without names must agree on."""
+        rows = [(v.name, v.vr, v.size, v.type, self.role(v)) for v in self.variables]
+        items = {name: enumeration.items for name, enumeration in self.enumerations.items()}
+        return hashlib.sha256(msgspec.json.encode([rows, items], order="deterministic")).hexdigest()
 
     def _shown(self, name: str, value: object) -> str:
         variable = self.parameter(name)
@@ -371,18 +383,28 @@ def read(path: Path) -> Descriptor:
         states=file.state,
         folder=path.parent,
     )
-    _check_descriptor(descriptor, file)
+    _check_provided(descriptor, file)
+    check_declarations(descriptor, f"{descriptor.name}.toml")
     return descriptor
 
 
-def _check_descriptor(descriptor: Descriptor, file: _File) -> None:
-    where = f"{descriptor.name}.toml"
+def _check_provided(descriptor: Descriptor, file: _File) -> None:
     if descriptor.interface is not None:
         optional = {o.name for o in descriptor.interface.outputs if o.optional}
         if unknown := sorted(set(file.provides) - optional):
             raise DescriptorError(
-                f"{where}: provides {unknown[0]}, which is no optional output of the interface"
+                f"{descriptor.name}.toml: provides {unknown[0]}, which is no optional output of the interface"
             )
+
+
+def check_declarations(descriptor: Descriptor, where: str) -> None:
+    """Check that the declarations of a model agree with each other; `where` stands in the message.
+
+    Raises
+    ------
+    DescriptorError
+        If they do not.
+    """
     names = [variable.name for variable in descriptor.variables]
     if twice := [name for name in names if names.count(name) > 1]:
         raise DescriptorError(f"{where}: {twice[0]} is declared twice")
@@ -398,6 +420,8 @@ def _check_descriptor(descriptor: Descriptor, file: _File) -> None:
             )
         if (variable.type == "enumeration") != bool(variable.enumeration):
             raise DescriptorError(f"{where}: {variable.name} is no enumeration but names one")
+        if variable.size > 1 and variable.type != "real":
+            raise DescriptorError(f"{where}: {variable.name} is an array, which only a real variable can be")
         try:
             descriptor.numbers(variable, variable.default)
         except ParameterError as error:

@@ -12,20 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_fmu import frames, quaternion
-from ahrs_fmu.estimators.common import (
-    LONGEST_STEP,
-    Array,
-    Condition,
-    Mask,
-    Parameters,
-    Sample,
-    cross,
-    dot,
-    down_of,
-    select,
-)
+from ahrs_fmu.estimators.common import LONGEST_STEP
 from ahrs_fmu.estimators.filter import Filter
+from ahrs_fmu.estimators.geometry import dot, down_of
+from ahrs_fmu.estimators.state import Array, Condition, Mask, Parameters, Sample, select
 from ahrs_fmu.frames import Frame
+from ahrs_fmu.quaternion import cross
 
 FIELD, IRON, GYRO, SCALE = slice(0, 3), slice(3, 6), slice(7, 10), slice(10, 19)
 LATENCY = 6
