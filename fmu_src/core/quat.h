@@ -32,6 +32,14 @@ static inline ahrs_quat ahrs_quat_conj(ahrs_quat q) { return (ahrs_quat){q.w, -q
 static inline ahrs_quat ahrs_quat_negate(ahrs_quat q) { return (ahrs_quat){-q.w, -q.x, -q.y, -q.z}; }
 static inline ahrs_real ahrs_quat_dot(ahrs_quat p, ahrs_quat q) { return (p.w * q.w + p.x * q.x) + (p.y * q.y + p.z * q.z); }
 
+static inline ahrs_quat ahrs_quat_add(ahrs_quat p, ahrs_quat q) {
+    return (ahrs_quat){p.w + q.w, p.x + q.x, p.y + q.y, p.z + q.z};
+}
+
+static inline ahrs_quat ahrs_quat_sub(ahrs_quat p, ahrs_quat q) {
+    return (ahrs_quat){p.w - q.w, p.x - q.x, p.y - q.y, p.z - q.z};
+}
+
 static inline ahrs_quat ahrs_quat_scale(ahrs_quat q, ahrs_real k) {
     return (ahrs_quat){q.w * k, q.x * k, q.y * k, q.z * k};
 }
@@ -94,6 +102,8 @@ static inline ahrs_vec3 ahrs_quat_log(ahrs_quat q) {
 }
 
 /* The rows of C_nb: the navigation axes seen in body axes. */
+enum { AHRS_NORTH, AHRS_EAST, AHRS_DOWN };
+
 static inline ahrs_vec3 ahrs_quat_north(ahrs_quat q) {
     return (ahrs_vec3){(q.w * q.w + q.x * q.x) - (q.y * q.y + q.z * q.z), 2 * (q.x * q.y - q.w * q.z),
                        2 * (q.x * q.z + q.w * q.y)};

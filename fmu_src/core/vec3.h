@@ -38,6 +38,11 @@ static inline ahrs_real ahrs_vec3_norm(ahrs_vec3 a) { return ahrs_sqrt(ahrs_vec3
 /* The caller makes sure that the vector is not zero. */
 static inline ahrs_vec3 ahrs_vec3_unit(ahrs_vec3 a) { return ahrs_vec3_scale(a, 1 / ahrs_vec3_norm(a)); }
 
+/* Every element within [-limit, limit]. */
+static inline ahrs_vec3 ahrs_vec3_limited(ahrs_vec3 v, ahrs_real limit) {
+    return (ahrs_vec3){ahrs_clamp(v.x, -limit, limit), ahrs_clamp(v.y, -limit, limit), ahrs_clamp(v.z, -limit, limit)};
+}
+
 static inline bool ahrs_vec3_is_finite(ahrs_vec3 a) {
     return ahrs_is_finite(a.x) && ahrs_is_finite(a.y) && ahrs_is_finite(a.z);
 }

@@ -10,6 +10,8 @@
 #define ESTIMATOR_H
 
 #include "ahrs_estimator.h"
+#include "conditions.h"
+#include "preprocessing.h"
 #include "quat.h"
 
 /* Larger samples are not physical and count as no measurement; their squares still fit into a float. */
@@ -24,31 +26,9 @@
 #define AHRS_REST_RATE AHRS_C(0.1)    /* rad/s: faster is motion */
 #define AHRS_REST_FORCE AHRS_C(0.5)   /* m/s2: specific force further from gravity is motion */
 
-/* Bits of ahrs_estimator_state.conditions. */
-enum {
-    AHRS_HAS_ATTITUDE = 1,
-    AHRS_HAS_HEADING = 2,
-    AHRS_HAS_FIELD = 4,
-    AHRS_GYRO_HELD = 8,
-    AHRS_ACCEL_USED = 16,
-    AHRS_MAG_USED = 32,
-    AHRS_STEP_REJECTED = 64,
-    AHRS_MOVED = 128,
-    AHRS_COVARIANCE_RESET = 256,
-    AHRS_ACCEL_SUMMED = 512,
-    AHRS_MAG_SUMMED = 1024,
-    AHRS_IMPLAUSIBLE = 2048,
-    AHRS_MAG_DISTURBED = 4096
-};
-
-/* Those that tell of one sample only. */
-#define AHRS_MOMENTARY                                                                                           \
-    (AHRS_GYRO_HELD | AHRS_ACCEL_USED | AHRS_MAG_USED | AHRS_STEP_REJECTED | AHRS_COVARIANCE_RESET |           \
-     AHRS_IMPLAUSIBLE | AHRS_MAG_DISTURBED)
-
 typedef enum {
     AHRS_WAIT,  /* nothing to do: no attitude yet, or no time has passed */
-    AHRS_START, /* the first attitude is in the common state: begin from it */
+    AHRS_START, /* an attitude is in the common state, the first or one with a new zero of the gyroscope: begin from it */
     AHRS_TURN,  /* as AHRS_RUN, after taking over the attitude in the common state: its heading was turned */
     AHRS_RUN    /* predict and correct */
 } ahrs_action;
@@ -64,12 +44,6 @@ typedef struct {
     ahrs_real dt;      /* s, of the prediction */
     ahrs_real gain_dt; /* s, of the correction: 0 after a gap */
 } ahrs_sample;
-
-static inline bool ahrs_condition(const ahrs_estimator_state *s, int32_t bit) { return (s->conditions & bit) != 0; }
-
-static inline void ahrs_set_condition(ahrs_estimator_state *s, int32_t bit, bool on) {
-    s->conditions = on ? s->conditions | bit : s->conditions & ~bit;
-}
 
 /* Forward-left-up to forward-right-down, and back. */
 AHRS_INLINE ahrs_vec3 ahrs_swap_body(int32_t frame, ahrs_vec3 v) {
@@ -125,7 +99,7 @@ AHRS_INLINE ahrs_sample ahrs_read_sample(ahrs_estimator_state *s, const ahrs_est
     ahrs_sample z = {.dt = dt, .gain_dt = dt > AHRS_LONGEST_STEP ? 0 : dt};
     const ahrs_vec3 gyro = ahrs_swap_body(p->frame, ahrs_vec3_of(u->gyro));
     const ahrs_vec3 accel = ahrs_swap_body(p->frame, ahrs_vec3_of(u->accel));
-    const ahrs_vec3 mag = ahrs_swap_body(p->frame, ahrs_vec3_of(u->mag));
+    const ahrs_vec3 mag = ahrs_swap_body(p->frame, ahrs_calibrated_mag(p, u->mag));
     if (ahrs_vec3_norm2(gyro) <= AHRS_GYRO_LIMIT * AHRS_GYRO_LIMIT) {
         z.rate = gyro;
         ahrs_vec3_to(s->gyro, z.rate);
@@ -139,10 +113,14 @@ AHRS_INLINE ahrs_sample ahrs_read_sample(ahrs_estimator_state *s, const ahrs_est
         z.force = accel;
         z.force_usable = true;
     }
+    if (AHRS_UNLIKELY(p->accel_cutoff > 0)) {
+        z.force = ahrs_smooth_force(s, p, accel, z.force_usable, dt);
+        z.force_usable = ahrs_vec3_norm2(z.force) > least * least;
+    }
     const ahrs_real field2 = s->field[0] * s->field[0] + s->field[1] * s->field[1]; /* 0 until it is known */
     if (u->mag_valid && mag2 > AHRS_MAG_LEAST * AHRS_MAG_LEAST * field2 && mag2 <= AHRS_MAG_LIMIT * AHRS_MAG_LIMIT) {
         z.mag = mag;
-        z.mag_usable = z.force_usable ? ahrs_has_horizontal_part(mag, accel)
+        z.mag_usable = z.force_usable ? ahrs_has_horizontal_part(mag, z.force)
                                       : ahrs_has_horizontal_part(mag, ahrs_quat_down(ahrs_quat_of(s->q)));
     }
     return z;
@@ -309,11 +287,18 @@ AHRS_INLINE ahrs_action ahrs_estimator_begin(ahrs_estimator_state *s, const ahrs
     }
     s->conditions &= ~AHRS_MOMENTARY;
     *z = ahrs_read_sample(s, p, u, dt);
+    bool zeroed = false;
+    if (AHRS_UNLIKELY(p->gyro_zero_samples > 0 && !ahrs_condition(s, AHRS_GYRO_HELD))) {
+        zeroed = z->force_usable && ahrs_learn_gyro_zero(s, p, z->rate, ahrs_vec3_norm(z->force));
+        z->rate = ahrs_vec3_sub(z->rate, ahrs_gyro_zero(s));
+        ahrs_vec3_to(s->gyro, z->rate);
+    }
     if (AHRS_UNLIKELY(!has_attitude)) {
         const ahrs_sample first = *z; /* a copy, so that the sample itself may stay in registers */
         return ahrs_initialise(s, p, &first);
     }
-    return ahrs_prepare_sample(s, p, z);
+    const ahrs_action action = ahrs_prepare_sample(s, p, z);
+    return zeroed ? AHRS_START : action;
 }
 
 /* Takes over the attitude after a sample, a unit quaternion; one that has lost its meaning is initialised anew. */
@@ -363,7 +348,7 @@ static inline int32_t ahrs_status_of(const ahrs_estimator_state *s) {
     return ahrs_condition(s, AHRS_MAG_DISTURBED) ? AHRS_STATUS_MAG_DISTURBED : AHRS_STATUS_NOMINAL;
 }
 
-/* The common outputs; `bias` is the gyroscope bias in inner axes. */
+/* The common outputs; `bias` is the gyroscope bias that the estimator has learned, in inner axes. */
 static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const ahrs_estimator_params *p,
                                           ahrs_vec3 bias, ahrs_estimator_outputs_t *y) {
     const ahrs_quat q = ahrs_to_output_frame(p, ahrs_quat_of(s->q));
@@ -373,7 +358,7 @@ static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const a
     y->pitch = euler.y;
     y->yaw = euler.z;
     ahrs_vec3_to(y->rate, ahrs_swap_body(p->frame, ahrs_vec3_sub(ahrs_vec3_of(s->gyro), bias)));
-    ahrs_vec3_to(y->gyro_bias, ahrs_swap_body(p->frame, bias));
+    ahrs_vec3_to(y->gyro_bias, ahrs_swap_body(p->frame, ahrs_vec3_add(bias, ahrs_gyro_zero(s))));
     const ahrs_vec3 motion = ahrs_condition(s, AHRS_HAS_ATTITUDE) ? ahrs_motion(s, p) : (ahrs_vec3){0, 0, 0};
     ahrs_vec3_to(y->motion_accel, ahrs_swap_body(p->frame, motion));
     y->status = ahrs_status_of(s);

@@ -47,11 +47,17 @@ typedef struct {
     ahrs_real motion_time_constant; /* How long an acceleration is taken for motion before it is taken for tilt; infinity never takes it back [s] */
     ahrs_real accel_gate; /* Deviation of the specific force from gravity beyond which the accelerometer is ignored [m/s2] */
     ahrs_real accel_gate_time; /* Longest time without the accelerometer; then it is used until it has been inside the gate once [s] */
+    ahrs_real gyro_zero_std; /* Standard deviation per sample and axis above which the vehicle is not at rest: about three times the sensor's [rad/s] */
+    ahrs_real gyro_zero_limit; /* Largest zero of the gyroscope that is believed; more is a rotation [rad/s] */
+    ahrs_real accel_cutoff; /* Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off [Hz] */
+    ahrs_real mag_offset[3]; /* Hard iron, subtracted from the magnetometer, body axes [T] */
+    ahrs_real mag_scale[3]; /* What the magnetometer without its offset is multiplied with, body axes [1] */
     int32_t frame; /* Navigation and body frame of inputs and outputs (enumeration frame) */
     int32_t field_reference; /* Where the local magnetic field is known from (enumeration field_reference) */
     int32_t initialisation; /* Where the first attitude comes from (enumeration initialisation) */
     int32_t motion_compensation; /* Subtract the estimated motion acceleration from the accelerometer; tilt is then observed more slowly */
     int32_t accel_gating; /* Ignore the accelerometer while its magnitude is far from gravity */
+    int32_t gyro_zero_samples; /* Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0 switches it off */
 } ahrs_estimator_params;
 
 typedef struct {
@@ -85,7 +91,13 @@ typedef struct {
     ahrs_real mag_sum[3]; /* Sum of the magnetometer samples that initialise the attitude [T] */
     ahrs_real elapsed; /* Time since the first sample that initialises the attitude [s] */
     ahrs_real gated; /* Time for which the accelerometer has been ignored because of its magnitude [s] */
-    int32_t conditions; /* Bits of ahrs_condition: what is known, what was used, what went wrong at the last sample */
+    ahrs_real force_low[3]; /* Low-pass of the accelerometer: what it lets through [m/s2] */
+    ahrs_real force_band[3]; /* Low-pass of the accelerometer: its second state, zero at rest [m/s2] */
+    ahrs_real gyro_zero[3]; /* Zero of the gyroscope, or the mean that becomes it [rad/s] */
+    ahrs_real gyro_spread; /* Sum of the squared deviations from that mean [rad2/s2] */
+    ahrs_real force_excess; /* Mean of specific force minus gravity meanwhile [m/s2] */
+    int32_t zero_count; /* Samples in these means */
+    int32_t conditions; /* Bits of conditions.h: what is known, what was used, what went wrong at the last sample */
 } ahrs_estimator_state;
 
 #endif

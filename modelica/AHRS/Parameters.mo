@@ -33,6 +33,12 @@ package Parameters "Defaults of the models, generated from their descriptors"
     constant Boolean accel_gating = false "Ignore the accelerometer while its magnitude is far from gravity";
     constant Real accel_gate = 1.0 "Deviation of the specific force from gravity beyond which the accelerometer is ignored [m/s2]";
     constant Real accel_gate_time = 10.0 "Longest time without the accelerometer; then it is used until it has been inside the gate once [s]";
+    constant Integer gyro_zero_samples = 0 "Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0 switches it off";
+    constant Real gyro_zero_std = 0.02 "Standard deviation per sample and axis above which the vehicle is not at rest: about three times the sensor's [rad/s]";
+    constant Real gyro_zero_limit = 0.1 "Largest zero of the gyroscope that is believed; more is a rotation [rad/s]";
+    constant Real accel_cutoff = 0.0 "Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off [Hz]";
+    constant Real mag_offset[3] = {0.0, 0.0, 0.0} "Hard iron, subtracted from the magnetometer, body axes [T]";
+    constant Real mag_scale[3] = {1.0, 1.0, 1.0} "What the magnetometer without its offset is multiplied with, body axes";
     constant Real kp = 0.5 "Proportional gain: about the crossover frequency between accelerometer/magnetometer and gyroscope [rad/s]";
     constant Real ki = 0.1 "Integral gain: how fast the gyroscope bias is learned; 0 makes the filter first order [rad2/s2]";
     constant Real kii = 0.0 "Double integral gain: follows a ramp of the gyroscope bias; 0 leaves the filter second order [rad3/s3]";
@@ -100,6 +106,32 @@ package Parameters "Defaults of the models, generated from their descriptors"
     constant Real mag_saturation = 0.0048 "Largest magnitude of a reading of the magnetometer; 0 is no limit [T]";
     annotation(Documentation(info = "<html><p>Defaults of the model <code>imu</code>.</p></html>"));
   end IMU;
+
+  package Mahony "Mahony's complementary filter with decoupled heading"
+    extends Icons.Package;
+    constant Real sample_time = 0.01 "Sample interval of the estimator [s]";
+    constant Real declination = 0.0 "Magnetic declination, east positive: turns the navigation frame from magnetic to true north [rad]";
+    constant Real gravity = 9.80665 "Local gravity [m/s2]";
+    constant Real field_magnitude = 5e-05 "Magnitude of the local field, used when field_reference is given [T]";
+    constant Real field_dip = 1.1 "Dip of the local field below the horizon, used when field_reference is given [rad]";
+    constant Real q0[4] = {1.0, 0.0, 0.0, 0.0} "First attitude, in the frame of the output, used when initialisation is given; scaled to unit length";
+    constant Real init_time = 0.0 "Time over which samples are averaged for the first attitude; 0 takes the first usable sample [s]";
+    constant Boolean motion_compensation = false "Subtract the estimated motion acceleration from the accelerometer; tilt is then observed more slowly";
+    constant Real motion_time_constant = 1.0 "How long an acceleration is taken for motion before it is taken for tilt; infinity never takes it back [s]";
+    constant Boolean accel_gating = false "Ignore the accelerometer while its magnitude is far from gravity";
+    constant Real accel_gate = 1.0 "Deviation of the specific force from gravity beyond which the accelerometer is ignored [m/s2]";
+    constant Real accel_gate_time = 10.0 "Longest time without the accelerometer; then it is used until it has been inside the gate once [s]";
+    constant Integer gyro_zero_samples = 0 "Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0 switches it off";
+    constant Real gyro_zero_std = 0.02 "Standard deviation per sample and axis above which the vehicle is not at rest: about three times the sensor's [rad/s]";
+    constant Real gyro_zero_limit = 0.1 "Largest zero of the gyroscope that is believed; more is a rotation [rad/s]";
+    constant Real accel_cutoff = 0.0 "Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off [Hz]";
+    constant Real mag_offset[3] = {0.0, 0.0, 0.0} "Hard iron, subtracted from the magnetometer, body axes [T]";
+    constant Real mag_scale[3] = {1.0, 1.0, 1.0} "What the magnetometer without its offset is multiplied with, body axes";
+    constant Real kp = 1.0 "Proportional gain: about the crossover frequency between accelerometer/magnetometer and gyroscope [rad/s]";
+    constant Real ki = 0.1 "Integral gain: how fast the gyroscope bias is learned; 0 switches that off [rad2/s2]";
+    constant Real bias_limit = 0.2 "Largest gyroscope bias that is learned, per axis [rad/s]";
+    annotation(Documentation(info = "<html><p>Defaults of the model <code>mahony</code>.</p></html>"));
+  end Mahony;
 
   package Quadrotor "Quadrotor with six degrees of freedom"
     extends Icons.Package;

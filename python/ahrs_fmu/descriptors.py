@@ -8,6 +8,7 @@ Estimators share ``fmu_src/estimator/estimator.toml``, which a model names as it
 from __future__ import annotations
 
 import math
+import sys
 import tomllib
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -251,13 +252,17 @@ class Descriptor(Struct, frozen=True):
                 return item.value
         raise ParameterError(f"{variable.name} = {value!r} is not one of {', '.join(enumeration.names())}")
 
-    def check(self, values: Mapping[str, Sequence[float]]) -> list[Limit]:
+    def check(
+        self, values: Mapping[str, Sequence[float]], epsilon: float = sys.float_info.epsilon
+    ) -> list[Limit]:
         """Check the rules between parameters.
 
         Parameters
         ----------
         values : mapping of str to sequence of float
             The elements of every parameter, as `numbers` gives them.
+        epsilon : float
+            Relative rounding of the precision that the model will run in; double by default.
 
         Returns
         -------
@@ -271,7 +276,7 @@ class Descriptor(Struct, frozen=True):
         """
         scope = {v.name: values[v.name] if v.size > 1 else values[v.name][0] for v in self.parameters}
         items = {item.name: item.value for e in self.enumerations.values() for item in e.items}
-        broken = [limit for limit in self.limits if not Rule(limit.rule).holds(scope, items)]
+        broken = [limit for limit in self.limits if not Rule(limit.rule).holds(scope, items, epsilon)]
         for limit in broken:
             if not limit.warning:
                 given = ", ".join(

@@ -44,7 +44,8 @@ class Estimator:
         }
         for name, value in parameters.items():
             self._parameters[name] = self._descriptor.numbers(self._descriptor.parameter(name), value)
-        self._descriptor.check(self._parameters)
+        self._epsilon = float(np.finfo(np.float64 if precision == "double" else np.float32).eps)
+        self._descriptor.check(self._parameters, self._epsilon)
         self._core = NativeModel(self._descriptor, precision)
         self._output_names = [variable.name for variable in self._descriptor.outputs]
         self._started = False
@@ -94,7 +95,7 @@ class Estimator:
         if self._started and not variable.tunable:
             raise ParameterError(f"{name} is fixed once the first sample was taken in: call reset() before")
         changed = {**self._parameters, name: self._descriptor.numbers(variable, value)}
-        self._descriptor.check(changed)
+        self._descriptor.check(changed, self._epsilon)
         self._parameters = changed
         self._core.set(name, changed[name])
 

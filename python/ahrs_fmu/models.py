@@ -11,7 +11,504 @@ from typing import Literal
 from ahrs_fmu.estimator import Estimator
 from ahrs_fmu.host_library import Precision
 
-__all__ = ["GCF", "KCF"]
+__all__ = [
+    "AdaptiveCKF",
+    "CGEKF",
+    "Complementary",
+    "GCF",
+    "ImprovedEKF",
+    "KCF",
+    "Mahony",
+    "MahonyEKF",
+    "MEKF",
+    "Strapdown",
+    "UKF",
+]
+
+
+class AdaptiveCKF(Estimator):
+    """Cubature Kalman filter on the quaternion with adaptive noise.
+
+    The state is the quaternion, predicted by the gyroscope and measured by the specific force and the
+    heading. The covariances of measurement and process noise may be estimated while the filter runs,
+    after Sage and Husa. It learns no gyroscope bias: the process noise has to cover it.
+
+    Parameters
+    ----------
+    gyro_noise : float, default 0.006
+        White noise of the gyroscope, rad/s/sqrt(Hz), large enough to cover its bias; used when
+        process_noise is gyro. Must be at least 0 and at most 100.
+    accel_noise : float, default 0.1
+        White noise of the accelerometer with the motion, m/s2/sqrt(Hz), before it is estimated.
+        Must be above 0 and at most 1000.
+    heading_noise : float, default 0.0316
+        White noise of the measured heading, rad/sqrt(Hz), before it is estimated. Must be above 0
+        and at most 100.
+    quaternion_noise : float, default 0.000316
+        White noise of the change of every quaternion element, 1/s/sqrt(Hz). Must be above 0 and
+        at most 100.
+    motion_noise : float, default 0.5
+        Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
+        Must be at least 0 and at most 1000.
+    initial_attitude_std : float, default 0.063
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 10.
+    adaptation : {"none", "r_only", "qr_safe", "textbook", "printed"}, default "r_only"
+        Which noise covariances are estimated.
+    process_noise : {"gyro", "isotropic"}, default "gyro"
+        Form of the process noise, before it is estimated.
+    forgetting : float, default 0.995
+        Weight of the estimated noise covariances from one sample to the next. Must be at least
+        0.5 and below 1.
+    warm_up : int, default 200
+        Samples that the given noise covariances count for when the estimation begins.
+    measurement_variance_min : float, default 0.0001
+        Least eigenvalue of the estimated measurement covariance, in m2/s4 and rad2. Must be at
+        least 1e-12 and at most 1e+06.
+    measurement_variance_max : float, default 1000.0
+        Largest eigenvalue of the estimated measurement covariance, in m2/s4 and rad2. Must be at
+        least 1e-12 and at most 1e+06.
+    process_variance_min : float, default 1e-08
+        Least eigenvalue of the process covariance per sample, when adaptation is qr_safe. Must be
+        at least 1e-12 and at most 1.
+    process_variance_max : float, default 1e-05
+        Largest eigenvalue of the process covariance per sample, when adaptation is qr_safe. Must
+        be at least 1e-12 and at most 1.
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        gyro_noise: float = 0.006,
+        accel_noise: float = 0.1,
+        heading_noise: float = 0.0316,
+        quaternion_noise: float = 0.000316,
+        motion_noise: float = 0.5,
+        initial_attitude_std: float = 0.063,
+        adaptation: Literal["none", "r_only", "qr_safe", "textbook", "printed"] = "r_only",
+        process_noise: Literal["gyro", "isotropic"] = "gyro",
+        forgetting: float = 0.995,
+        warm_up: int = 200,
+        measurement_variance_min: float = 0.0001,
+        measurement_variance_max: float = 1000.0,
+        process_variance_min: float = 1e-08,
+        process_variance_max: float = 1e-05,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+    ) -> None:
+        super().__init__(
+            "adaptive_ckf",
+            {
+                "gyro_noise": gyro_noise,
+                "accel_noise": accel_noise,
+                "heading_noise": heading_noise,
+                "quaternion_noise": quaternion_noise,
+                "motion_noise": motion_noise,
+                "initial_attitude_std": initial_attitude_std,
+                "adaptation": adaptation,
+                "process_noise": process_noise,
+                "forgetting": forgetting,
+                "warm_up": warm_up,
+                "measurement_variance_min": measurement_variance_min,
+                "measurement_variance_max": measurement_variance_max,
+                "process_variance_min": process_variance_min,
+                "process_variance_max": process_variance_max,
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+        )
+
+
+class CGEKF(Estimator):
+    """Attitude by conjugate gradients, smoothed by an extended Kalman filter.
+
+    Fletcher-Reeves conjugate gradients, begun at the predicted attitude, find the attitude at which the
+    directions of gravity and of the magnetic field fit best, both with equal weight. It measures the
+    quaternion of an extended Kalman filter that the gyroscope predicts. It learns no gyroscope bias. In
+    the steady state it is a first-order complementary filter whose crossover frequency is
+    gyro_noise/attitude_noise.
+
+    Parameters
+    ----------
+    gyro_noise : float, default 0.0316
+        White noise of the gyroscope, rad/s/sqrt(Hz). Must be above 0 and at most 100.
+    attitude_noise : float, default 0.004
+        White noise of the attitude that the search finds, rad/sqrt(Hz). Must be above 0 and at
+        most 100.
+    motion_noise : float, default 0.5
+        Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
+        Must be at least 0 and at most 1000.
+    initial_attitude_std : float, default 0.2
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 10.
+    iterations : int, default 4
+        Most iterations of the search per sample; it ends before where the gradient vanishes.
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        gyro_noise: float = 0.0316,
+        attitude_noise: float = 0.004,
+        motion_noise: float = 0.5,
+        initial_attitude_std: float = 0.2,
+        iterations: int = 4,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+    ) -> None:
+        super().__init__(
+            "cg_ekf",
+            {
+                "gyro_noise": gyro_noise,
+                "attitude_noise": attitude_noise,
+                "motion_noise": motion_noise,
+                "initial_attitude_std": initial_attitude_std,
+                "iterations": iterations,
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+        )
+
+
+class Complementary(Estimator):
+    """First-order complementary filter.
+
+    Integrates the gyroscope and turns the result by the fraction kp*sample_time of the way to the
+    attitude that accelerometer and magnetometer show. It learns no gyroscope bias: a constant one leaves
+    an error of bias/kp.
+
+    Parameters
+    ----------
+    kp : float, default 0.58
+        Crossover frequency between accelerometer/magnetometer and gyroscope: one over the time
+        constant [rad/s]. Must be at least 0 and at most 1000.
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        kp: float = 0.58,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+    ) -> None:
+        super().__init__(
+            "complementary",
+            {
+                "kp": kp,
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+        )
 
 
 class GCF(Estimator):
@@ -88,6 +585,24 @@ class GCF(Estimator):
     accel_gate_time : float, default 10.0
         Longest time without the accelerometer; then it is used until it has been inside the gate
         once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
 
@@ -124,6 +639,12 @@ class GCF(Estimator):
         accel_gating: bool = False,
         accel_gate: float = 1.0,
         accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -153,6 +674,166 @@ class GCF(Estimator):
                 "accel_gating": accel_gating,
                 "accel_gate": accel_gate,
                 "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+        )
+
+
+class ImprovedEKF(Estimator):
+    """Extended Kalman filter on the quaternion, measured by accelerometer and magnetometer.
+
+    The state is the quaternion. The gyroscope predicts it, and the attitude that accelerometer and
+    magnetometer show together measures it; that measurement counts less while the specific force is not
+    that of gravity. It learns no gyroscope bias. In the steady state it is a first-order complementary
+    filter whose crossover frequency is gyro_noise/attitude_noise.
+
+    Parameters
+    ----------
+    gyro_noise : float, default 0.01
+        White noise of the gyroscope, rad/s/sqrt(Hz). Must be above 0 and at most 100.
+    attitude_noise : float, default 0.002
+        White noise of the attitude from accelerometer and magnetometer at rest, rad/sqrt(Hz).
+        Must be above 0 and at most 100.
+    accel_distrust : float, default 1.0
+        Relative growth of the variance of that attitude with the deviation of the specific force
+        from gravity [s2/m]. Must be at least 0 and at most 100.
+    motion_noise : float, default 0.5
+        Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
+        Must be at least 0 and at most 1000.
+    initial_attitude_std : float, default 2.0
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 10.
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        gyro_noise: float = 0.01,
+        attitude_noise: float = 0.002,
+        accel_distrust: float = 1.0,
+        motion_noise: float = 0.5,
+        initial_attitude_std: float = 2.0,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+    ) -> None:
+        super().__init__(
+            "improved_ekf",
+            {
+                "gyro_noise": gyro_noise,
+                "attitude_noise": attitude_noise,
+                "accel_distrust": accel_distrust,
+                "motion_noise": motion_noise,
+                "initial_attitude_std": initial_attitude_std,
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
             },
             precision,
         )
@@ -292,6 +973,24 @@ class KCF(Estimator):
     accel_gate_time : float, default 10.0
         Longest time without the accelerometer; then it is used until it has been inside the gate
         once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
 
@@ -350,6 +1049,12 @@ class KCF(Estimator):
         accel_gating: bool = False,
         accel_gate: float = 1.0,
         accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
     ) -> None:
         super().__init__(
@@ -401,13 +1106,827 @@ class KCF(Estimator):
                 "accel_gating": accel_gating,
                 "accel_gate": accel_gate,
                 "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+        )
+
+
+class Mahony(Estimator):
+    """Mahony's complementary filter with decoupled heading.
+
+    Integrates the gyroscope together with a proportional-integral correction from the directions of
+    gravity and of the horizontal field. The magnetometer corrects heading only, and the loop gain is one
+    on all axes.
+
+    Parameters
+    ----------
+    kp : float, default 1.0
+        Proportional gain: about the crossover frequency between accelerometer/magnetometer and
+        gyroscope [rad/s]. Must be at least 0 and at most 1000.
+    ki : float, default 0.1
+        Integral gain: how fast the gyroscope bias is learned; 0 switches that off [rad2/s2]. Must
+        be at least 0 and at most 1e+06.
+    bias_limit : float, default 0.2
+        Largest gyroscope bias that is learned, per axis [rad/s]. Must be at least 0 and at most
+        100.
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        kp: float = 1.0,
+        ki: float = 0.1,
+        bias_limit: float = 0.2,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+    ) -> None:
+        super().__init__(
+            "mahony",
+            {
+                "kp": kp,
+                "ki": ki,
+                "bias_limit": bias_limit,
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+        )
+
+
+class MahonyEKF(Estimator):
+    """Mahony's filter, smoothed by an extended Kalman filter.
+
+    Mahony's filter runs by itself, and its quaternion is the measurement of an extended Kalman filter on
+    the quaternion. That filter adds a fast low-pass, whose corner is gyro_noise/attitude_noise; the
+    accuracy is Mahony's. The covariance is what the filter believes: it does not know that its
+    measurement comes from the same gyroscope.
+
+    Parameters
+    ----------
+    kp : float, default 1.0
+        Proportional gain: about the crossover frequency between accelerometer/magnetometer and
+        gyroscope [rad/s]. Must be at least 0 and at most 1000.
+    ki : float, default 0.1
+        Integral gain: how fast the gyroscope bias is learned; 0 switches that off [rad2/s2]. Must
+        be at least 0 and at most 1e+06.
+    bias_limit : float, default 0.2
+        Largest gyroscope bias that is learned, per axis [rad/s]. Must be at least 0 and at most
+        100.
+    bias_feed : bool, default True
+        Predict with the rate without Mahony's bias; false is the printed form, which lets a bias
+        error back in.
+    gyro_noise : float, default 0.01
+        White noise of the gyroscope, rad/s/sqrt(Hz). Must be above 0 and at most 100.
+    attitude_noise : float, default 0.002
+        White noise of the attitude from the Mahony filter at rest, rad/sqrt(Hz). Must be above 0
+        and at most 100.
+    accel_distrust : float, default 1.0
+        Relative growth of the variance of that attitude with the deviation of the specific force
+        from gravity [s2/m]. Must be at least 0 and at most 100.
+    motion_noise : float, default 0.5
+        Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
+        Must be at least 0 and at most 1000.
+    initial_attitude_std : float, default 2.0
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 10.
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        kp: float = 1.0,
+        ki: float = 0.1,
+        bias_limit: float = 0.2,
+        bias_feed: bool = True,
+        gyro_noise: float = 0.01,
+        attitude_noise: float = 0.002,
+        accel_distrust: float = 1.0,
+        motion_noise: float = 0.5,
+        initial_attitude_std: float = 2.0,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+    ) -> None:
+        super().__init__(
+            "mahony_ekf",
+            {
+                "kp": kp,
+                "ki": ki,
+                "bias_limit": bias_limit,
+                "bias_feed": bias_feed,
+                "gyro_noise": gyro_noise,
+                "attitude_noise": attitude_noise,
+                "accel_distrust": accel_distrust,
+                "motion_noise": motion_noise,
+                "initial_attitude_std": initial_attitude_std,
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+        )
+
+
+class MEKF(Estimator):
+    """Multiplicative extended Kalman filter with gyroscope bias.
+
+    The gyroscope without its estimated bias predicts the attitude; specific force and magnetic field
+    correct attitude and bias together. The covariance is that of a small rotation about the body axes and
+    of the bias. What the accelerometer feels beside gravity counts as its noise: accel_noise has to cover
+    the motion of the vehicle.
+
+    Parameters
+    ----------
+    bias_limit : float, default 0.2
+        Largest gyroscope bias that is learned, per axis [rad/s]. Must be at least 0 and at most
+        100.
+    gyro_noise : float, default 0.0002
+        White noise of the gyroscope, rad/s/sqrt(Hz). Must be at least 1e-07 and at most 100.
+    gyro_bias_noise : float, default 0.000175
+        Random walk of the gyroscope bias, rad/s/s/sqrt(Hz). Must be at least 0 and at most 100.
+    accel_noise : float, default 0.1
+        White noise of the accelerometer with the motion of the vehicle, m/s2/sqrt(Hz). Must be at
+        least 0.0001 and at most 1000.
+    mag_noise : float, default 1e-07
+        White noise of the magnetometer with disturbances of the field, T/sqrt(Hz). Must be at
+        least 1e-09 and at most 1.
+    motion_noise : float, default 0.5
+        Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
+        Must be at least 0 and at most 1000.
+    initial_attitude_std : float, default 0.1
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 10.
+    initial_bias_std : float, default 0.02
+        Standard deviation of the gyroscope bias at the start [rad/s]. Must be at least 1e-06 and
+        at most 10.
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        bias_limit: float = 0.2,
+        gyro_noise: float = 0.0002,
+        gyro_bias_noise: float = 0.000175,
+        accel_noise: float = 0.1,
+        mag_noise: float = 1e-07,
+        motion_noise: float = 0.5,
+        initial_attitude_std: float = 0.1,
+        initial_bias_std: float = 0.02,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+    ) -> None:
+        super().__init__(
+            "mekf",
+            {
+                "bias_limit": bias_limit,
+                "gyro_noise": gyro_noise,
+                "gyro_bias_noise": gyro_bias_noise,
+                "accel_noise": accel_noise,
+                "mag_noise": mag_noise,
+                "motion_noise": motion_noise,
+                "initial_attitude_std": initial_attitude_std,
+                "initial_bias_std": initial_bias_std,
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+        )
+
+
+class Strapdown(Estimator):
+    """Gyroscope alone.
+
+    Integrates the gyroscope by fourth-order angle increments from the first attitude on. Accelerometer
+    and magnetometer give that first attitude and are not used afterwards: the error grows with the
+    gyroscope's bias. A baseline for the others.
+
+    Parameters
+    ----------
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+    ) -> None:
+        super().__init__(
+            "strapdown",
+            {
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
+            },
+            precision,
+        )
+
+
+class UKF(Estimator):
+    """Unscented Kalman filter with gyroscope bias, in square-root form.
+
+    States and noise are those of the multiplicative extended Kalman filter; means and covariances are
+    taken over twelve points around the estimate and the estimate itself. The defaults weight the points
+    equally and the estimate not at all, which are the cubature rules. A small alpha draws the points
+    together and gives them large weights of both signs, which single precision does not bear.
+
+    Parameters
+    ----------
+    bias_limit : float, default 0.2
+        Largest gyroscope bias that is learned, per axis [rad/s]. Must be at least 0 and at most
+        100.
+    gyro_noise : float, default 0.0002
+        White noise of the gyroscope, rad/s/sqrt(Hz). Must be at least 1e-07 and at most 100.
+    gyro_bias_noise : float, default 0.000175
+        Random walk of the gyroscope bias, rad/s/s/sqrt(Hz). Must be at least 0 and at most 100.
+    accel_noise : float, default 0.1
+        White noise of the accelerometer with the motion of the vehicle, m/s2/sqrt(Hz). Must be at
+        least 0.0001 and at most 1000.
+    mag_noise : float, default 1e-07
+        White noise of the magnetometer with disturbances of the field, T/sqrt(Hz). Must be at
+        least 1e-09 and at most 1.
+    motion_noise : float, default 0.5
+        Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
+        Must be at least 0 and at most 1000.
+    initial_attitude_std : float, default 0.1
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 1.
+    initial_bias_std : float, default 0.02
+        Standard deviation of the gyroscope bias at the start [rad/s]. Must be at least 1e-06 and
+        at most 10.
+    alpha : float, default 1.0
+        Spread of the points, in standard deviations over the square root of 6 + kappa. Must be at
+        least 0.0001 and at most 2.
+    beta : float, default 0.0
+        Additional weight of the estimate in the covariances. Must be at least 0 and at most 10.
+    kappa : float, default 0.0
+        Further spread of the points: with alpha = 1 the weight of the estimate is kappa/(6 +
+        kappa). Must be at least -5 and at most 100.
+    sample_time : float, default 0.01
+        Sample interval of the estimator [s]. Must be at least 1e-05 and at most 0.5.
+    frame : {"ned", "enu"}, default "ned"
+        Navigation and body frame of inputs and outputs.
+    declination : float, default 0.0
+        Magnetic declination, east positive: turns the navigation frame from magnetic to true
+        north [rad]. Must be at least -3.14159 and at most 3.14159.
+    gravity : float, default 9.80665
+        Local gravity [m/s2]. Must be at least 0.1 and at most 100.
+    field_reference : {"learned", "given"}, default "learned"
+        Where the local magnetic field is known from.
+    field_magnitude : float, default 5e-05
+        Magnitude of the local field, used when field_reference is given [T]. Must be at least
+        1e-07 and at most 0.01.
+    field_dip : float, default 1.1
+        Dip of the local field below the horizon, used when field_reference is given [rad]. Must
+        be at least -1.5708 and at most 1.5708.
+    initialisation : {"sensors", "given"}, default "sensors"
+        Where the first attitude comes from.
+    q0 : sequence of float, default (1.0, 0.0, 0.0, 0.0)
+        First attitude, in the frame of the output, used when initialisation is given; scaled to
+        unit length. Must be at least -1.1 and at most 1.1.
+    init_time : float, default 0.0
+        Time over which samples are averaged for the first attitude; 0 takes the first usable
+        sample [s]. Must be at least 0 and at most 600.
+    motion_compensation : bool, default False
+        Subtract the estimated motion acceleration from the accelerometer; tilt is then observed
+        more slowly.
+    motion_time_constant : float, default 1.0
+        How long an acceleration is taken for motion before it is taken for tilt; infinity never
+        takes it back [s]. Must be above 0; infinity is allowed.
+    accel_gating : bool, default False
+        Ignore the accelerometer while its magnitude is far from gravity.
+    accel_gate : float, default 1.0
+        Deviation of the specific force from gravity beyond which the accelerometer is ignored
+        [m/s2]. Must be at least 0 and at most 100.
+    accel_gate_time : float, default 10.0
+        Longest time without the accelerometer; then it is used until it has been inside the gate
+        once [s]. Must be at least 0 and at most 600.
+    gyro_zero_samples : int, default 0
+        Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0
+        switches it off.
+    gyro_zero_std : float, default 0.02
+        Standard deviation per sample and axis above which the vehicle is not at rest: about three
+        times the sensor's [rad/s]. Must be at least 0 and at most 10.
+    gyro_zero_limit : float, default 0.1
+        Largest zero of the gyroscope that is believed; more is a rotation [rad/s]. Must be at
+        least 0 and at most 10.
+    accel_cutoff : float, default 0.0
+        Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off
+        [Hz]. Must be at least 0 and at most 10000.
+    mag_offset : sequence of float, default (0.0, 0.0, 0.0)
+        Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
+        most 0.01.
+    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+        What the magnetometer without its offset is multiplied with, body axes. Must be at least
+        0.01 and at most 100.
+    precision : {"double", "single"}
+        Floating-point type of the computation.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its limits, or values contradict each other.
+    """
+
+    def __init__(
+        self,
+        *,
+        bias_limit: float = 0.2,
+        gyro_noise: float = 0.0002,
+        gyro_bias_noise: float = 0.000175,
+        accel_noise: float = 0.1,
+        mag_noise: float = 1e-07,
+        motion_noise: float = 0.5,
+        initial_attitude_std: float = 0.1,
+        initial_bias_std: float = 0.02,
+        alpha: float = 1.0,
+        beta: float = 0.0,
+        kappa: float = 0.0,
+        sample_time: float = 0.01,
+        frame: Literal["ned", "enu"] = "ned",
+        declination: float = 0.0,
+        gravity: float = 9.80665,
+        field_reference: Literal["learned", "given"] = "learned",
+        field_magnitude: float = 5e-05,
+        field_dip: float = 1.1,
+        initialisation: Literal["sensors", "given"] = "sensors",
+        q0: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        init_time: float = 0.0,
+        motion_compensation: bool = False,
+        motion_time_constant: float = 1.0,
+        accel_gating: bool = False,
+        accel_gate: float = 1.0,
+        accel_gate_time: float = 10.0,
+        gyro_zero_samples: int = 0,
+        gyro_zero_std: float = 0.02,
+        gyro_zero_limit: float = 0.1,
+        accel_cutoff: float = 0.0,
+        mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
+        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        precision: Precision = "double",
+    ) -> None:
+        super().__init__(
+            "ukf",
+            {
+                "bias_limit": bias_limit,
+                "gyro_noise": gyro_noise,
+                "gyro_bias_noise": gyro_bias_noise,
+                "accel_noise": accel_noise,
+                "mag_noise": mag_noise,
+                "motion_noise": motion_noise,
+                "initial_attitude_std": initial_attitude_std,
+                "initial_bias_std": initial_bias_std,
+                "alpha": alpha,
+                "beta": beta,
+                "kappa": kappa,
+                "sample_time": sample_time,
+                "frame": frame,
+                "declination": declination,
+                "gravity": gravity,
+                "field_reference": field_reference,
+                "field_magnitude": field_magnitude,
+                "field_dip": field_dip,
+                "initialisation": initialisation,
+                "q0": q0,
+                "init_time": init_time,
+                "motion_compensation": motion_compensation,
+                "motion_time_constant": motion_time_constant,
+                "accel_gating": accel_gating,
+                "accel_gate": accel_gate,
+                "accel_gate_time": accel_gate_time,
+                "gyro_zero_samples": gyro_zero_samples,
+                "gyro_zero_std": gyro_zero_std,
+                "gyro_zero_limit": gyro_zero_limit,
+                "accel_cutoff": accel_cutoff,
+                "mag_offset": mag_offset,
+                "mag_scale": mag_scale,
             },
             precision,
         )
 
 
 BY_NAME: dict[str, type[Estimator]] = {
+    "adaptive_ckf": AdaptiveCKF,
+    "cg_ekf": CGEKF,
+    "complementary": Complementary,
     "gcf": GCF,
+    "improved_ekf": ImprovedEKF,
     "kcf": KCF,
+    "mahony": Mahony,
+    "mahony_ekf": MahonyEKF,
+    "mekf": MEKF,
+    "strapdown": Strapdown,
+    "ukf": UKF,
 }
 """The classes by the name of their descriptor."""

@@ -1,14 +1,16 @@
 """The small language of the rules between parameters in a descriptor.
 
-A rule is a Boolean expression in Python syntax over parameter names, numbers, ``inf``, the items
-of an enumeration, indices such as ``q0[0]``, arithmetic, comparisons, ``and``, ``or``, ``not``.
-It is evaluated in Python and translated to C from the same syntax tree.
+A rule is a Boolean expression in Python syntax over parameter names, numbers, ``inf``, ``epsilon``
+(the relative rounding of the precision in use), the items of an enumeration, indices such as
+``q0[0]``, arithmetic, comparisons, ``and``, ``or``, ``not``. It is evaluated in Python and
+translated to C from the same syntax tree.
 """
 
 from __future__ import annotations
 
 import ast
 import operator
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -16,6 +18,7 @@ from ahrs_fmu.errors import DescriptorError
 
 Value = float | int | bool | Sequence[float]
 
+_CONSTANTS: Mapping[str, str] = {"inf": "AHRS_INFINITY", "epsilon": "AHRS_REAL_EPSILON"}
 _ARITHMETIC: dict[type[ast.operator], tuple[str, Callable[[Any, Any], Any]]] = {
     ast.Add: ("+", operator.add),
     ast.Sub: ("-", operator.sub),
@@ -55,13 +58,16 @@ class Rule:
 
     @property
     def names(self) -> list[str]:
-        """Every name in the rule, in order of first appearance, without ``inf``."""
+        """Every name in the rule, in order of first appearance, without ``inf`` and ``epsilon``."""
         found = [node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)]
-        return [name for name in dict.fromkeys(found) if name != "inf"]
+        return [name for name in dict.fromkeys(found) if name not in _CONSTANTS]
 
-    def holds(self, values: Mapping[str, Value], items: Mapping[str, int]) -> bool:
-        """Evaluate with parameter `values` and the numbers of enumeration `items`."""
-        return bool(self._evaluate(self._tree, {**items, **values, "inf": float("inf")}))
+    def holds(
+        self, values: Mapping[str, Value], items: Mapping[str, int], epsilon: float = sys.float_info.epsilon
+    ) -> bool:
+        """Evaluate with parameter `values`, the numbers of enumeration `items` and a relative rounding."""
+        scope = {**items, **values, "inf": float("inf"), "epsilon": epsilon}
+        return bool(self._evaluate(self._tree, scope))
 
     def to_c(self, parameter: Callable[[str], str], items: Mapping[str, str]) -> str:
         """Translate to a C expression.
@@ -124,8 +130,8 @@ class Rule:
                 return str(number)
             case ast.Constant(value=float() as number):
                 return f"AHRS_C({number!r})"
-            case ast.Name(id="inf"):
-                return "AHRS_INFINITY"
+            case ast.Name(id=name) if name in _CONSTANTS:
+                return _CONSTANTS[name]
             case ast.Name(id=name):
                 return items[name] if name in items else parameter(name)
             case _:

@@ -13,17 +13,17 @@ import pytest
 from ahrs_fmu import descriptors, quaternion
 from ahrs_fmu.analysis import systems
 from ahrs_fmu.analysis.coupling import error_model, gains_on_axes
+from ahrs_fmu.analysis.equivalent import equivalent
+from ahrs_fmu.analysis.linear_model import linearise
 from ahrs_fmu.analysis.measure import (
     OperatingPoint,
     deviation,
-    equivalent_gains,
-    linearise,
     multisine,
     plan,
     shared_stepped_sine,
     stepped_sine,
 )
-from ahrs_fmu.analysis.theory import Gains, filter_of
+from ahrs_fmu.analysis.theory import Gains, crossover, filter_of
 from ahrs_fmu.cosim import opening
 from ahrs_fmu.cosim.core import CoreStepper
 from ahrs_fmu.cosim.stepper import Port
@@ -174,9 +174,13 @@ def test_workers_share_the_frequencies_and_give_the_same_numbers() -> None:
 def test_equivalent_gains_of_the_filter_are_its_own(gains: Gains) -> None:
     for path in ("angle", "rate"):
         response = multisine(gcf(gains), plan(path, FEW, filter_of(gains, T), math.radians(1.0)), T, 2)
-        found = equivalent_gains(response, T, gains.order)
-        assert found.kp == pytest.approx(gains.kp, rel=1e-3)
-        assert found.ki == pytest.approx(gains.ki, rel=1e-3)
+        nearest = equivalent(response, T)
+        assert nearest.gains.order == gains.order
+        assert nearest.gains.kp == pytest.approx(gains.kp, rel=1e-3)
+        assert nearest.gains.ki == pytest.approx(gains.ki, rel=1e-3)
+        assert nearest.lag is None
+        assert nearest.mismatch_db < 0.02
+        assert nearest.crossover == pytest.approx(crossover(filter_of(gains, T)), rel=1e-3)
 
 
 @pytest.mark.parametrize("gains", [FIRST, SECOND, THIRD])

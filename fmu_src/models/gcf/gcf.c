@@ -1,6 +1,6 @@
 /* Generalized complementary filter (docs/algorithms.md section 5). */
 #include "ahrs_gcf.h"
-#include "estimator.h"
+#include "attitude_error.h"
 
 /* An attitude in the form of its realisation: a quaternion (quaternion, euler), or the navigation axes seen from the
  * body, which are the rows of the rotation matrix (dcm) or the first and the last of them (vector). */
@@ -9,8 +9,6 @@ typedef struct {
     ahrs_quat q;
     ahrs_mat3 c;
 } attitude;
-
-enum { NORTH, EAST, DOWN };
 
 /* From one stored row to the next: vector leaves out east. */
 AHRS_INLINE int32_t row_step(int32_t realisation) { return realisation == AHRS_GCF_REALISATION_VECTOR ? 2 : 1; }
@@ -30,7 +28,7 @@ AHRS_INLINE attitude attitude_from(int32_t realisation, ahrs_quat q) {
 AHRS_INLINE attitude load(const ahrs_gcf_state *s, int32_t realisation) {
     attitude a = {.realisation = realisation};
     if (has_axes(realisation)) {
-        for (int32_t i = NORTH; i <= DOWN; i += row_step(realisation)) {
+        for (int32_t i = AHRS_NORTH; i <= AHRS_DOWN; i += row_step(realisation)) {
             a.c.row[i] = ahrs_vec3_of(&s->store[3 * i]);
         }
     } else if (realisation == AHRS_GCF_REALISATION_EULER) {
@@ -43,7 +41,7 @@ AHRS_INLINE attitude load(const ahrs_gcf_state *s, int32_t realisation) {
 
 AHRS_INLINE void store(ahrs_gcf_state *s, attitude a) {
     if (has_axes(a.realisation)) {
-        for (int32_t i = NORTH; i <= DOWN; i += row_step(a.realisation)) {
+        for (int32_t i = AHRS_NORTH; i <= AHRS_DOWN; i += row_step(a.realisation)) {
             ahrs_vec3_to(&s->store[3 * i], a.c.row[i]);
         }
     } else if (a.realisation == AHRS_GCF_REALISATION_EULER) {
@@ -57,7 +55,7 @@ AHRS_INLINE ahrs_mat3 axes_of(attitude a) {
         return ahrs_quat_to_mat3(a.q);
     }
     if (a.realisation == AHRS_GCF_REALISATION_VECTOR) {
-        a.c.row[EAST] = ahrs_vec3_cross(a.c.row[DOWN], a.c.row[NORTH]);
+        a.c.row[AHRS_EAST] = ahrs_vec3_cross(a.c.row[AHRS_DOWN], a.c.row[AHRS_NORTH]);
     }
     return a.c;
 }
@@ -81,18 +79,18 @@ AHRS_INLINE attitude rotated(attitude a, ahrs_vec3 v) {
     ahrs_real c, k;
     ahrs_half_angle(ahrs_vec3_norm2(v), &c, &k);
     const ahrs_real sinc = 2 * k * c, versine = 2 * k * k; /* sin n/n and (1 - cos n)/n^2 */
-    a.c.row[NORTH] = turned_back(a.c.row[NORTH], v, sinc, versine);
+    a.c.row[AHRS_NORTH] = turned_back(a.c.row[AHRS_NORTH], v, sinc, versine);
     if (a.realisation == AHRS_GCF_REALISATION_DCM) {
-        a.c.row[EAST] = turned_back(a.c.row[EAST], v, sinc, versine);
+        a.c.row[AHRS_EAST] = turned_back(a.c.row[AHRS_EAST], v, sinc, versine);
     }
-    a.c.row[DOWN] = turned_back(a.c.row[DOWN], v, sinc, versine);
+    a.c.row[AHRS_DOWN] = turned_back(a.c.row[AHRS_DOWN], v, sinc, versine);
     return a;
 }
 
 /* One step C := (3 C - C C' C)/2 towards the nearest rotation matrix. */
 static ahrs_mat3 refined_matrix(ahrs_mat3 c) {
     ahrs_mat3 refined;
-    for (int32_t i = NORTH; i <= DOWN; i++) {
+    for (int32_t i = AHRS_NORTH; i <= AHRS_DOWN; i++) {
         const ahrs_vec3 back = ahrs_mat3_apply_transposed(c, ahrs_mat3_apply(c, c.row[i]));
         refined.row[i] = ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[i], AHRS_C(1.5)), AHRS_C(-0.5), back);
     }
@@ -101,10 +99,10 @@ static ahrs_mat3 refined_matrix(ahrs_mat3 c) {
 
 /* Two vectors of unit length at right angles; down leads, because it is the better known. */
 AHRS_INLINE ahrs_mat3 refined_vectors(ahrs_mat3 c) {
-    const ahrs_vec3 north = c.row[NORTH], down = c.row[DOWN];
-    c.row[NORTH] = ahrs_vec3_add_scaled(ahrs_vec3_scale(north, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(north)),
+    const ahrs_vec3 north = c.row[AHRS_NORTH], down = c.row[AHRS_DOWN];
+    c.row[AHRS_NORTH] = ahrs_vec3_add_scaled(ahrs_vec3_scale(north, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(north)),
                                         -ahrs_vec3_dot(north, down), down);
-    c.row[DOWN] = ahrs_vec3_scale(down, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(down));
+    c.row[AHRS_DOWN] = ahrs_vec3_scale(down, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(down));
     return c;
 }
 
@@ -120,32 +118,15 @@ AHRS_INLINE attitude refined(attitude a) {
     return a;
 }
 
-/* Tilt from gravity, heading from the horizontal field: loop gain one on all axes. */
-AHRS_INLINE ahrs_vec3 decoupled_error(ahrs_mat3 c, const ahrs_sample *z) {
-    ahrs_vec3 e = {0, 0, 0};
-    if (z->accel_usable) {
-        e = ahrs_vec3_cross(c.row[DOWN], ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
-    }
-    if (z->mag_usable) {
-        const ahrs_real x = ahrs_vec3_dot(c.row[NORTH], z->mag);
-        const ahrs_real y = ahrs_vec3_dot(c.row[EAST], z->mag);
-        const ahrs_real norm2 = x * x + y * y;
-        if (norm2 > 0) { /* y/norm, where quotient and root do not wait for each other */
-            e = ahrs_vec3_sub(e, ahrs_vec3_scale(c.row[DOWN], y / norm2 * ahrs_sqrt(norm2)));
-        }
-    }
-    return e;
-}
-
 /* Both cross products, measured x expected, weighted: loop gain kg (I - gg') + kh (I - hh'). */
 AHRS_INLINE ahrs_vec3 coupled_error(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_mat3 c,
                                     const ahrs_sample *z) {
     ahrs_vec3 e = {0, 0, 0};
     if (z->accel_usable) {
-        e = ahrs_vec3_scale(ahrs_vec3_cross(c.row[DOWN], ahrs_vec3_unit(z->accel)), p->kg);
+        e = ahrs_vec3_scale(ahrs_vec3_cross(c.row[AHRS_DOWN], ahrs_vec3_unit(z->accel)), p->kg);
     }
     const ahrs_vec3 field =
-        ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[NORTH], s->common.field[0]), s->common.field[1], c.row[DOWN]);
+        ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[AHRS_NORTH], s->common.field[0]), s->common.field[1], c.row[AHRS_DOWN]);
     if (z->mag_usable && ahrs_vec3_norm2(field) > 0) {
         const ahrs_vec3 cross = ahrs_vec3_cross(ahrs_vec3_unit(z->mag), ahrs_vec3_unit(field));
         e = ahrs_vec3_add_scaled(e, p->kh, cross);
@@ -153,38 +134,18 @@ AHRS_INLINE ahrs_vec3 coupled_error(const ahrs_gcf_state *s, const ahrs_gcf_para
     return e;
 }
 
-/* The rotation from the predicted attitude to the one that accelerometer and magnetometer show. Without a usable
- * magnetometer it is the shortest one that brings down to its measured direction. */
-static ahrs_vec3 attitude_error(attitude a, const ahrs_sample *z) {
-    const ahrs_mat3 c = axes_of(a);
-    if (!z->accel_usable) {
-        return decoupled_error(c, z);
-    }
-    if (z->mag_usable) {
-        return ahrs_quat_log(ahrs_quat_mul(ahrs_quat_conj(quaternion_of(a)), ahrs_attitude_of(z->accel, z->mag)));
-    }
-    const ahrs_vec3 measured = ahrs_vec3_unit(ahrs_vec3_negate(z->accel));
-    const ahrs_vec3 cross = ahrs_vec3_cross(measured, c.row[DOWN]);
-    const ahrs_real sine = ahrs_vec3_norm(cross);
-    return sine > 0 ? ahrs_vec3_scale(cross, ahrs_atan2(sine, ahrs_vec3_dot(measured, c.row[DOWN])) / sine) : cross;
-}
-
 AHRS_INLINE ahrs_vec3 error_of(const ahrs_gcf_state *s, const ahrs_gcf_params *p, attitude a, const ahrs_sample *z) {
     ahrs_vec3 e;
     if (p->form == AHRS_GCF_FORM_ATTITUDE) {
         const attitude predicted = a; /* copies, so that the direct form may keep its own in registers */
         const ahrs_sample sample = *z;
-        e = attitude_error(predicted, &sample);
+        e = ahrs_attitude_error(quaternion_of(predicted), &sample);
     } else if (p->error == AHRS_GCF_ERROR_COUPLED) {
         e = coupled_error(s, p, axes_of(a), z);
     } else {
-        e = decoupled_error(axes_of(a), z);
+        e = ahrs_decoupled_error(axes_of(a), z);
     }
     return e;
-}
-
-AHRS_INLINE ahrs_vec3 limited(ahrs_vec3 v, ahrs_real limit) {
-    return (ahrs_vec3){ahrs_clamp(v.x, -limit, limit), ahrs_clamp(v.y, -limit, limit), ahrs_clamp(v.z, -limit, limit)};
 }
 
 void ahrs_gcf_init(ahrs_gcf_state *s, const ahrs_gcf_params *p) {
@@ -206,7 +167,7 @@ AHRS_INLINE void step(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_sa
         ahrs_vec3_to(s->drift, drift);
         slope = ahrs_vec3_add(slope, drift);
     }
-    ahrs_vec3_to(s->bias, limited(ahrs_vec3_add_scaled(bias, -T, slope), p->bias_limit));
+    ahrs_vec3_to(s->bias, ahrs_vec3_limited(ahrs_vec3_add_scaled(bias, -T, slope), p->bias_limit));
     store(s, corrected);
     ahrs_estimator_end(&s->common, &p->common, z, quaternion_of(corrected));
 }

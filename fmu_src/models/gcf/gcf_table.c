@@ -43,6 +43,12 @@ static const fmu_variable variables[] = {
     {"accel_gating", 215, 1, offsetof(instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
     {"accel_gate", 216, 1, offsetof(instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
     {"accel_gate_time", 217, 1, offsetof(instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"kp", 1000, 1, offsetof(instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
     {"ki", 1001, 1, offsetof(instance, params.ki), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000.0},
     {"kii", 1002, 1, offsetof(instance, params.kii), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000000.0},
@@ -70,55 +76,63 @@ static const uint32_t limit_1_vrs[] = {213, 214};
 
 static bool limit_2(const void *data) {
     const ahrs_gcf_params *p = &((const instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t limit_2_vrs[] = {223, 200};
+
+static bool limit_3(const void *data) {
+    const ahrs_gcf_params *p = &((const instance *)data)->params;
     return (p->kp * p->common.sample_time) < 1;
 }
 
-static const uint32_t limit_2_vrs[] = {1000, 200};
+static const uint32_t limit_3_vrs[] = {1000, 200};
 
-static bool limit_3(const void *data) {
+static bool limit_4(const void *data) {
     const ahrs_gcf_params *p = &((const instance *)data)->params;
     return (p->error == AHRS_GCF_ERROR_DECOUPLED) || (((p->kp * (p->kg + p->kh)) * p->common.sample_time) < 1);
 }
 
-static const uint32_t limit_3_vrs[] = {1012, 200, 1000, 1013, 1014};
+static const uint32_t limit_4_vrs[] = {1012, 200, 1000, 1013, 1014};
 
-static bool limit_4(const void *data) {
+static bool limit_5(const void *data) {
     const ahrs_gcf_params *p = &((const instance *)data)->params;
     return ((p->ki * p->common.sample_time) * p->common.sample_time) < (4 - ((2 * p->kp) * p->common.sample_time));
 }
 
-static const uint32_t limit_4_vrs[] = {200, 1001, 1000};
+static const uint32_t limit_5_vrs[] = {200, 1001, 1000};
 
-static bool limit_5(const void *data) {
+static bool limit_6(const void *data) {
     const ahrs_gcf_params *p = &((const instance *)data)->params;
     return (p->kii == 0) || ((p->kp * p->ki) > p->kii);
 }
 
-static const uint32_t limit_5_vrs[] = {1002, 1000, 1001};
+static const uint32_t limit_6_vrs[] = {1002, 1000, 1001};
 
-static bool limit_6(const void *data) {
+static bool limit_7(const void *data) {
     const ahrs_gcf_params *p = &((const instance *)data)->params;
     return (p->realisation != AHRS_GCF_REALISATION_VECTOR) || (p->form == AHRS_GCF_FORM_DIRECT);
 }
 
-static const uint32_t limit_6_vrs[] = {1010, 1011};
+static const uint32_t limit_7_vrs[] = {1010, 1011};
 
-static bool limit_7(const void *data) {
+static bool limit_8(const void *data) {
     const ahrs_gcf_params *p = &((const instance *)data)->params;
     return (p->error == AHRS_GCF_ERROR_DECOUPLED) || (p->form == AHRS_GCF_FORM_DIRECT);
 }
 
-static const uint32_t limit_7_vrs[] = {1012, 1011};
+static const uint32_t limit_8_vrs[] = {1012, 1011};
 
 static const fmu_limit limits[] = {
     {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, limit_0_vrs, 2, limit_0},
     {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, limit_1_vrs, 2, limit_1},
-    {"kp*sample_time < 1", "the filter would correct more than the whole error in one sample: lower kp or sample_time", false, limit_2_vrs, 2, limit_2},
-    {"error == decoupled or kp*(kg + kh)*sample_time < 1", "the coupled error raises the loop gain to kg + kh: lower kp, kg, kh or sample_time", false, limit_3_vrs, 5, limit_3},
-    {"ki*sample_time*sample_time < 4 - 2*kp*sample_time", "the sampled loop is unstable: lower ki or sample_time", false, limit_4_vrs, 3, limit_4},
-    {"kii == 0 or kp*ki > kii", "the third-order loop is unstable: lower kii, or raise kp or ki", false, limit_5_vrs, 3, limit_5},
-    {"realisation != vector or form == direct", "realisation vector stores the measured directions and knows form direct only", false, limit_6_vrs, 2, limit_6},
-    {"error == decoupled or form == direct", "form attitude has unit loop gain by construction: error coupled goes with form direct", false, limit_7_vrs, 2, limit_7},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, limit_2_vrs, 2, limit_2},
+    {"kp*sample_time < 1", "the filter would correct more than the whole error in one sample: lower kp or sample_time", false, limit_3_vrs, 2, limit_3},
+    {"error == decoupled or kp*(kg + kh)*sample_time < 1", "the coupled error raises the loop gain to kg + kh: lower kp, kg, kh or sample_time", false, limit_4_vrs, 5, limit_4},
+    {"ki*sample_time*sample_time < 4 - 2*kp*sample_time", "the sampled loop is unstable: lower ki or sample_time", false, limit_5_vrs, 3, limit_5},
+    {"kii == 0 or kp*ki > kii", "the third-order loop is unstable: lower kii, or raise kp or ki", false, limit_6_vrs, 3, limit_6},
+    {"realisation != vector or form == direct", "realisation vector stores the measured directions and knows form direct only", false, limit_7_vrs, 2, limit_7},
+    {"error == decoupled or form == direct", "form attitude has unit loop gain by construction: error coupled goes with form direct", false, limit_8_vrs, 2, limit_8},
 };
 
 void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
@@ -142,6 +156,16 @@ void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
     p->common.accel_gating = 0;
     p->common.accel_gate = AHRS_C(1.0);
     p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
     p->kp = AHRS_C(0.5);
     p->ki = AHRS_C(0.1);
     p->kii = AHRS_C(0.0);

@@ -44,6 +44,12 @@ static const fmu_variable variables[] = {
     {"accel_gating", 215, 1, offsetof(instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
     {"accel_gate", 216, 1, offsetof(instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
     {"accel_gate_time", 217, 1, offsetof(instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"hard_iron", 300, 3, offsetof(instance, outputs.hard_iron), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
     {"gyro_scale", 303, 9, offsetof(instance, outputs.gyro_scale), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
     {"mag_latency", 312, 1, offsetof(instance, outputs.mag_latency), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
@@ -101,9 +107,17 @@ static bool limit_1(const void *data) {
 
 static const uint32_t limit_1_vrs[] = {213, 214};
 
+static bool limit_2(const void *data) {
+    const ahrs_kcf_params *p = &((const instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t limit_2_vrs[] = {223, 200};
+
 static const fmu_limit limits[] = {
     {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, limit_0_vrs, 2, limit_0},
     {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, limit_1_vrs, 2, limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, limit_2_vrs, 2, limit_2},
 };
 
 void ahrs_kcf_defaults(ahrs_kcf_params *p, ahrs_kcf_inputs *u) {
@@ -127,6 +141,16 @@ void ahrs_kcf_defaults(ahrs_kcf_params *p, ahrs_kcf_inputs *u) {
     p->common.accel_gating = 0;
     p->common.accel_gate = AHRS_C(1.0);
     p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
     p->profile = 0;
     p->accel_time_constant = AHRS_C(3.5);
     p->use_mag = 1;

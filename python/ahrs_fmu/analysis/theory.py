@@ -195,6 +195,11 @@ class ComplementaryFilter:
         return g_b * T * np.exp(1j * omega * T) / np.expm1(1j * omega * T)
 
     @property
+    def crossover(self) -> float:
+        """The highest frequency in rad/s at which |G_A| = |G_B|, nan if there is none."""
+        return crossover(self)
+
+    @property
     def poles(self) -> ComplexArray:
         """Closed-loop poles in the s or z plane."""
         return systems.poles(self.g_a)

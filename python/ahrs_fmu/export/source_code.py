@@ -1,4 +1,4 @@
-"""The C sources of one FMU: complete, in one flat folder, with a header that makes them that FMU."""
+"""The C sources of one FMU: complete, in one flat folder, with a header that says which FMU they are."""
 
 from __future__ import annotations
 

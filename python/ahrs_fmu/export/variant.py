@@ -49,7 +49,7 @@ class Variant:
 
     @property
     def token(self) -> str:
-        """Instantiation token (GUID in FMI 2); differs wherever saved states or value references do."""
+        """Instantiation token, GUID in FMI 2: differs where saved states or value references do."""
         fields = {
             name: getattr(self.descriptor, name)
             for name in self.descriptor.__struct_fields__

@@ -5,9 +5,9 @@
 #pragma GCC optimize("fp-contract=off")
 #endif
 
-/* Generated from models/gcf/gcf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
-#ifndef AHRS_GCF_H
-#define AHRS_GCF_H
+/* Generated from models/adaptive_ckf/adaptive_ckf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_ADAPTIVE_CKF_H
+#define AHRS_ADAPTIVE_CKF_H
 
 /* Generated from estimator/estimator.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
 #ifndef AHRS_ESTIMATOR_H
@@ -111,11 +111,17 @@ typedef struct {
     ahrs_real motion_time_constant; /* How long an acceleration is taken for motion before it is taken for tilt; infinity never takes it back [s] */
     ahrs_real accel_gate; /* Deviation of the specific force from gravity beyond which the accelerometer is ignored [m/s2] */
     ahrs_real accel_gate_time; /* Longest time without the accelerometer; then it is used until it has been inside the gate once [s] */
+    ahrs_real gyro_zero_std; /* Standard deviation per sample and axis above which the vehicle is not at rest: about three times the sensor's [rad/s] */
+    ahrs_real gyro_zero_limit; /* Largest zero of the gyroscope that is believed; more is a rotation [rad/s] */
+    ahrs_real accel_cutoff; /* Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off [Hz] */
+    ahrs_real mag_offset[3]; /* Hard iron, subtracted from the magnetometer, body axes [T] */
+    ahrs_real mag_scale[3]; /* What the magnetometer without its offset is multiplied with, body axes [1] */
     int32_t frame; /* Navigation and body frame of inputs and outputs (enumeration frame) */
     int32_t field_reference; /* Where the local magnetic field is known from (enumeration field_reference) */
     int32_t initialisation; /* Where the first attitude comes from (enumeration initialisation) */
     int32_t motion_compensation; /* Subtract the estimated motion acceleration from the accelerometer; tilt is then observed more slowly */
     int32_t accel_gating; /* Ignore the accelerometer while its magnitude is far from gravity */
+    int32_t gyro_zero_samples; /* Samples at rest over which the zero of the gyroscope is averaged, then subtracted; 0 switches it off */
 } ahrs_estimator_params;
 
 typedef struct {
@@ -149,86 +155,88 @@ typedef struct {
     ahrs_real mag_sum[3]; /* Sum of the magnetometer samples that initialise the attitude [T] */
     ahrs_real elapsed; /* Time since the first sample that initialises the attitude [s] */
     ahrs_real gated; /* Time for which the accelerometer has been ignored because of its magnitude [s] */
-    int32_t conditions; /* Bits of ahrs_condition: what is known, what was used, what went wrong at the last sample */
+    ahrs_real force_low[3]; /* Low-pass of the accelerometer: what it lets through [m/s2] */
+    ahrs_real force_band[3]; /* Low-pass of the accelerometer: its second state, zero at rest [m/s2] */
+    ahrs_real gyro_zero[3]; /* Zero of the gyroscope, or the mean that becomes it [rad/s] */
+    ahrs_real gyro_spread; /* Sum of the squared deviations from that mean [rad2/s2] */
+    ahrs_real force_excess; /* Mean of specific force minus gravity meanwhile [m/s2] */
+    int32_t zero_count; /* Samples in these means */
+    int32_t conditions; /* Bits of conditions.h: what is known, what was used, what went wrong at the last sample */
 } ahrs_estimator_state;
 
 #endif
 
-/* Generalized complementary filter. Integrates the gyroscope and corrects the attitude by H(s) times the
- * error between measured and expected directions of gravity and magnetic north. H(s) is of first order (kp),
- * second order (kp, ki: the gyroscope bias is learned) or third order (kp, ki, kii: a ramp of the bias is
- * followed too). With the decoupled error the loop gain is one on all axes, so that the crossover frequency
- * is the one designed.
+/* Cubature Kalman filter on the quaternion with adaptive noise. The state is the quaternion, predicted by
+ * the gyroscope and measured by the specific force and the heading. The covariances of measurement and
+ * process noise may be estimated while the filter runs, after Sage and Husa. It learns no gyroscope bias:
+ * the process noise has to cover it.
  */
 
-/* What the filter stores as its attitude; all give the same attitude away from their singularities */
+/* Which noise covariances are estimated */
 enum {
-    AHRS_GCF_REALISATION_QUATERNION = 0, /* a unit quaternion */
-    AHRS_GCF_REALISATION_VECTOR = 1, /* the directions of gravity and magnetic north in body axes */
-    AHRS_GCF_REALISATION_DCM = 2, /* a rotation matrix */
-    AHRS_GCF_REALISATION_EULER = 3, /* roll, pitch, yaw: singular at 90 deg of pitch */
+    AHRS_ADAPTIVE_CKF_ADAPTATION_NONE = 0, /* none: both are as given */
+    AHRS_ADAPTIVE_CKF_ADAPTATION_R_ONLY = 1, /* that of the measurement, always positive definite */
+    AHRS_ADAPTIVE_CKF_ADAPTATION_QR_SAFE = 2, /* both, by terms that keep them positive definite, within limits */
+    AHRS_ADAPTIVE_CKF_ADAPTATION_TEXTBOOK = 3, /* both; that of the process may lose its meaning, and the filter resets */
+    AHRS_ADAPTIVE_CKF_ADAPTATION_PRINTED = 4, /* both, with the misprint of the source; the filter resets likewise */
 };
 
-/* What the error is formed from */
+/* Form of the process noise */
 enum {
-    AHRS_GCF_FORM_DIRECT = 0, /* the measured vectors themselves */
-    AHRS_GCF_FORM_ATTITUDE = 1, /* an attitude computed from accelerometer and magnetometer first */
-};
-
-/* How the vector errors are put together */
-enum {
-    AHRS_GCF_ERROR_DECOUPLED = 0, /* tilt from gravity, heading from the horizontal field: loop gain one on all axes */
-    AHRS_GCF_ERROR_COUPLED = 1, /* the sum of both cross products, weighted kg and kh: loop gain depends on the dip */
+    AHRS_ADAPTIVE_CKF_PROCESS_NOISE_GYRO = 0, /* gyro_noise across the quaternion, and quaternion_noise in all directions */
+    AHRS_ADAPTIVE_CKF_PROCESS_NOISE_ISOTROPIC = 1, /* quaternion_noise in all directions only */
 };
 
 typedef struct {
     ahrs_estimator_params common;
-    ahrs_real kp; /* Proportional gain: about the crossover frequency between accelerometer/magnetometer and gyroscope [rad/s] */
-    ahrs_real ki; /* Integral gain: how fast the gyroscope bias is learned; 0 makes the filter first order [rad2/s2] */
-    ahrs_real kii; /* Double integral gain: follows a ramp of the gyroscope bias; 0 leaves the filter second order [rad3/s3] */
-    ahrs_real bias_limit; /* Largest gyroscope bias that is learned, per axis [rad/s] */
-    ahrs_real kg; /* Weight of the gravity error, used when error is coupled [1] */
-    ahrs_real kh; /* Weight of the magnetic field error, used when error is coupled [1] */
-    int32_t realisation; /* What the filter stores as its attitude (enumeration realisation) */
-    int32_t form; /* What the error is formed from (enumeration form) */
-    int32_t error; /* How the vector errors are put together (enumeration error) */
-} ahrs_gcf_params;
+    ahrs_real gyro_noise; /* White noise of the gyroscope, rad/s/sqrt(Hz), large enough to cover its bias; used when process_noise is gyro */
+    ahrs_real accel_noise; /* White noise of the accelerometer with the motion, m/s2/sqrt(Hz), before it is estimated */
+    ahrs_real heading_noise; /* White noise of the measured heading, rad/sqrt(Hz), before it is estimated */
+    ahrs_real quaternion_noise; /* White noise of the change of every quaternion element, 1/s/sqrt(Hz) */
+    ahrs_real motion_noise; /* Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation */
+    ahrs_real initial_attitude_std; /* Standard deviation of the first attitude [rad] */
+    ahrs_real forgetting; /* Weight of the estimated noise covariances from one sample to the next [1] */
+    ahrs_real measurement_variance_min; /* Least eigenvalue of the estimated measurement covariance, in m2/s4 and rad2 */
+    ahrs_real measurement_variance_max; /* Largest eigenvalue of the estimated measurement covariance, in m2/s4 and rad2 */
+    ahrs_real process_variance_min; /* Least eigenvalue of the process covariance per sample, when adaptation is qr_safe [1] */
+    ahrs_real process_variance_max; /* Largest eigenvalue of the process covariance per sample, when adaptation is qr_safe [1] */
+    int32_t adaptation; /* Which noise covariances are estimated (enumeration adaptation) */
+    int32_t process_noise; /* Form of the process noise, before it is estimated (enumeration process_noise) */
+    int32_t warm_up; /* Samples that the given noise covariances count for when the estimation begins */
+} ahrs_adaptive_ckf_params;
 
-typedef ahrs_estimator_inputs ahrs_gcf_inputs;
+typedef ahrs_estimator_inputs ahrs_adaptive_ckf_inputs;
 
 typedef struct {
     ahrs_estimator_outputs_t common;
-} ahrs_gcf_outputs_t;
+    ahrs_real attitude_std[3]; /* Standard deviation of the attitude error about the body axes, as the filter believes it [rad] */
+    int32_t covariance_reset; /* The covariance was reset at the last sample */
+} ahrs_adaptive_ckf_outputs_t;
 
 typedef struct {
     ahrs_estimator_state common;
-    ahrs_real bias[3]; /* Gyroscope bias: the integrator of H(s) [rad/s] */
-    ahrs_real drift[3]; /* Rate of change of the bias: the double integrator of H(s) [rad/s2] */
-    ahrs_real store[9]; /* The attitude as the realisation stores it (unused by quaternion) [1] */
-} ahrs_gcf_state;
+    ahrs_real covariance[10]; /* Covariance of the quaternion: lower triangle, row by row [1] */
+    ahrs_real process[10]; /* Covariance of the process noise per sample, likewise [1] */
+    ahrs_real measurement[10]; /* Covariance of the measurement noise (specific force, heading), likewise [1] */
+    ahrs_real fading; /* Power of the forgetting factor: how much of the given covariances is left [1] */
+} ahrs_adaptive_ckf_state;
 
 /* Parameters and inputs to their defaults. */
-static inline void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u);
+static inline void ahrs_adaptive_ckf_defaults(ahrs_adaptive_ckf_params *p, ahrs_adaptive_ckf_inputs *u);
 
 /* State as before the first sample. */
-static inline void ahrs_gcf_init(ahrs_gcf_state *s, const ahrs_gcf_params *p);
+static inline void ahrs_adaptive_ckf_init(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p);
 
 /* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
-static inline void ahrs_gcf_update(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_gcf_inputs *u, ahrs_real dt);
+static inline void ahrs_adaptive_ckf_update(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const ahrs_adaptive_ckf_inputs *u, ahrs_real dt);
 
-static inline void ahrs_gcf_outputs(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_gcf_outputs_t *y);
+static inline void ahrs_adaptive_ckf_outputs(const ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, ahrs_adaptive_ckf_outputs_t *y);
 
 #endif
-/* What all estimators share: which samples are usable, the first attitude, motion compensation, gating, frames and
- * the common outputs. An estimator's update is
- *
- *     switch (ahrs_estimator_begin(&s->common, &p->common, u, dt, &z)) { ... }   what to do with this sample
- *     predict with z.rate, correct with z.accel and z.mag where they are usable
- *     ahrs_estimator_end(&s->common, &p->common, &z, q);                         the new attitude
- *
- * Inside, the axes are forward-right-down and north-east-down with magnetic north (docs/algorithms.md section 0). */
-#ifndef ESTIMATOR_H
-#define ESTIMATOR_H
+/* Rotation of one sample as truncated series in the angle increment d = rate times interval; q (x) increment is the
+ * attitude after it, not of unit length (docs/algorithms.md section 1). */
+#ifndef AHRS_INCREMENT_H
+#define AHRS_INCREMENT_H
 
 /* Unit quaternions, Hamilton product, scalar first, passed by value.
  * As an attitude q turns body vectors into navigation vectors: v_n = q v_b q* (docs/algorithms.md section 0). */
@@ -278,6 +286,11 @@ static inline ahrs_real ahrs_vec3_norm(ahrs_vec3 a) { return ahrs_sqrt(ahrs_vec3
 /* The caller makes sure that the vector is not zero. */
 static inline ahrs_vec3 ahrs_vec3_unit(ahrs_vec3 a) { return ahrs_vec3_scale(a, 1 / ahrs_vec3_norm(a)); }
 
+/* Every element within [-limit, limit]. */
+static inline ahrs_vec3 ahrs_vec3_limited(ahrs_vec3 v, ahrs_real limit) {
+    return (ahrs_vec3){ahrs_clamp(v.x, -limit, limit), ahrs_clamp(v.y, -limit, limit), ahrs_clamp(v.z, -limit, limit)};
+}
+
 static inline bool ahrs_vec3_is_finite(ahrs_vec3 a) {
     return ahrs_is_finite(a.x) && ahrs_is_finite(a.y) && ahrs_is_finite(a.z);
 }
@@ -301,6 +314,77 @@ static inline ahrs_vec3 ahrs_mat3_apply_transposed(ahrs_mat3 m, ahrs_vec3 v) {
 static inline ahrs_mat3 ahrs_mat3_mul(ahrs_mat3 a, ahrs_mat3 b) {
     return (ahrs_mat3){{ahrs_mat3_apply_transposed(b, a.row[0]), ahrs_mat3_apply_transposed(b, a.row[1]),
                         ahrs_mat3_apply_transposed(b, a.row[2])}};
+}
+
+static inline ahrs_mat3 ahrs_mat3_of(const ahrs_real m[9]) {
+    return (ahrs_mat3){{ahrs_vec3_of(m), ahrs_vec3_of(m + 3), ahrs_vec3_of(m + 6)}};
+}
+
+static inline void ahrs_mat3_to(ahrs_real out[9], ahrs_mat3 m) {
+    ahrs_vec3_to(out, m.row[0]);
+    ahrs_vec3_to(out + 3, m.row[1]);
+    ahrs_vec3_to(out + 6, m.row[2]);
+}
+
+/* transpose(a) b */
+static inline ahrs_mat3 ahrs_mat3_transposed_mul(ahrs_mat3 a, ahrs_mat3 b) {
+    return (ahrs_mat3){{
+        ahrs_mat3_apply_transposed(b, (ahrs_vec3){a.row[0].x, a.row[1].x, a.row[2].x}),
+        ahrs_mat3_apply_transposed(b, (ahrs_vec3){a.row[0].y, a.row[1].y, a.row[2].y}),
+        ahrs_mat3_apply_transposed(b, (ahrs_vec3){a.row[0].z, a.row[1].z, a.row[2].z}),
+    }};
+}
+
+/* Symmetric 3 x 3 matrices: the lower triangle, row by row. */
+typedef struct {
+    ahrs_real xx, yx, yy, zx, zy, zz;
+} ahrs_sym3;
+
+static inline ahrs_sym3 ahrs_sym3_of(const ahrs_real a[6]) { return (ahrs_sym3){a[0], a[1], a[2], a[3], a[4], a[5]}; }
+
+static inline void ahrs_sym3_to(ahrs_real out[6], ahrs_sym3 a) {
+    out[0] = a.xx;
+    out[1] = a.yx;
+    out[2] = a.yy;
+    out[3] = a.zx;
+    out[4] = a.zy;
+    out[5] = a.zz;
+}
+
+static inline ahrs_mat3 ahrs_sym3_full(ahrs_sym3 a) {
+    return (ahrs_mat3){{{a.xx, a.yx, a.zx}, {a.yx, a.yy, a.zy}, {a.zx, a.zy, a.zz}}};
+}
+
+static inline ahrs_sym3 ahrs_sym3_scale(ahrs_sym3 a, ahrs_real k) {
+    return (ahrs_sym3){k * a.xx, k * a.yx, k * a.yy, k * a.zx, k * a.zy, k * a.zz};
+}
+
+static inline ahrs_sym3 ahrs_sym3_add_diagonal(ahrs_sym3 a, ahrs_real k) {
+    return (ahrs_sym3){a.xx + k, a.yx, a.yy + k, a.zx, a.zy, a.zz + k};
+}
+
+static inline ahrs_vec3 ahrs_sym3_apply(ahrs_sym3 a, ahrs_vec3 v) {
+    return (ahrs_vec3){a.xx * v.x + a.yx * v.y + a.zx * v.z, a.yx * v.x + a.yy * v.y + a.zy * v.z,
+                       a.zx * v.x + a.zy * v.y + a.zz * v.z};
+}
+
+/* Lower triangle of a b, for products that are symmetric. */
+static inline ahrs_sym3 ahrs_sym3_product(ahrs_mat3 a, ahrs_mat3 b) {
+    const ahrs_vec3 x = {b.row[0].x, b.row[1].x, b.row[2].x}, y = {b.row[0].y, b.row[1].y, b.row[2].y},
+                    z = {b.row[0].z, b.row[1].z, b.row[2].z};
+    return (ahrs_sym3){ahrs_vec3_dot(a.row[0], x), ahrs_vec3_dot(a.row[1], x), ahrs_vec3_dot(a.row[1], y),
+                       ahrs_vec3_dot(a.row[2], x), ahrs_vec3_dot(a.row[2], y), ahrs_vec3_dot(a.row[2], z)};
+}
+
+/* The same of transpose(a) b. */
+static inline ahrs_sym3 ahrs_sym3_transposed_product(ahrs_mat3 a, ahrs_mat3 b) {
+    const ahrs_vec3 *const r = a.row, *const s = b.row;
+    return (ahrs_sym3){r[0].x * s[0].x + r[1].x * s[1].x + r[2].x * s[2].x,
+                       r[0].y * s[0].x + r[1].y * s[1].x + r[2].y * s[2].x,
+                       r[0].y * s[0].y + r[1].y * s[1].y + r[2].y * s[2].y,
+                       r[0].z * s[0].x + r[1].z * s[1].x + r[2].z * s[2].x,
+                       r[0].z * s[0].y + r[1].z * s[1].y + r[2].z * s[2].y,
+                       r[0].z * s[0].z + r[1].z * s[1].z + r[2].z * s[2].z};
 }
 
 #endif
@@ -443,6 +527,14 @@ static inline ahrs_quat ahrs_quat_conj(ahrs_quat q) { return (ahrs_quat){q.w, -q
 static inline ahrs_quat ahrs_quat_negate(ahrs_quat q) { return (ahrs_quat){-q.w, -q.x, -q.y, -q.z}; }
 static inline ahrs_real ahrs_quat_dot(ahrs_quat p, ahrs_quat q) { return (p.w * q.w + p.x * q.x) + (p.y * q.y + p.z * q.z); }
 
+static inline ahrs_quat ahrs_quat_add(ahrs_quat p, ahrs_quat q) {
+    return (ahrs_quat){p.w + q.w, p.x + q.x, p.y + q.y, p.z + q.z};
+}
+
+static inline ahrs_quat ahrs_quat_sub(ahrs_quat p, ahrs_quat q) {
+    return (ahrs_quat){p.w - q.w, p.x - q.x, p.y - q.y, p.z - q.z};
+}
+
 static inline ahrs_quat ahrs_quat_scale(ahrs_quat q, ahrs_real k) {
     return (ahrs_quat){q.w * k, q.x * k, q.y * k, q.z * k};
 }
@@ -505,6 +597,8 @@ static inline ahrs_vec3 ahrs_quat_log(ahrs_quat q) {
 }
 
 /* The rows of C_nb: the navigation axes seen in body axes. */
+enum { AHRS_NORTH, AHRS_EAST, AHRS_DOWN };
+
 static inline ahrs_vec3 ahrs_quat_north(ahrs_quat q) {
     return (ahrs_vec3){(q.w * q.w + q.x * q.x) - (q.y * q.y + q.z * q.z), 2 * (q.x * q.y - q.w * q.z),
                        2 * (q.x * q.z + q.w * q.y)};
@@ -574,19 +668,60 @@ static inline ahrs_quat ahrs_quat_from_euler(ahrs_vec3 euler) {
 
 #endif
 
-/* Larger samples are not physical and count as no measurement; their squares still fit into a float. */
-#define AHRS_GYRO_LIMIT AHRS_C(1e3)
-#define AHRS_ACCEL_LIMIT AHRS_C(1e4)
-#define AHRS_MAG_LIMIT AHRS_C(1.0)
+/* rad: beyond this the series mean nothing, and the exact rotation takes their place. */
+#define AHRS_INCREMENT_MAX AHRS_C(1.0)
 
-#define AHRS_ACCEL_LEAST AHRS_C(0.1)  /* of gravity: below is free fall */
-#define AHRS_MAG_LEAST AHRS_C(1e-3)   /* of the reference field */
-#define AHRS_MAG_SINE AHRS_C(0.05)    /* of the angle between field and gravity: below there is no heading */
-#define AHRS_LONGEST_STEP AHRS_C(0.5) /* s: after a longer gap the attitude is carried on, not corrected */
-#define AHRS_REST_RATE AHRS_C(0.1)    /* rad/s: faster is motion */
-#define AHRS_REST_FORCE AHRS_C(0.5)   /* m/s2: specific force further from gravity is motion */
+AHRS_INLINE bool ahrs_increment_is_large(ahrs_real s) { return AHRS_UNLIKELY(s > AHRS_INCREMENT_MAX * AHRS_INCREMENT_MAX); }
+
+/* First order: 1 + OM(d)/2. */
+static inline ahrs_quat ahrs_increment_first(ahrs_vec3 d) {
+    if (ahrs_increment_is_large(ahrs_vec3_norm2(d))) {
+        return ahrs_quat_exp(d);
+    }
+    return (ahrs_quat){1, AHRS_C(0.5) * d.x, AHRS_C(0.5) * d.y, AHRS_C(0.5) * d.z};
+}
+
+/* Second order. */
+static inline ahrs_quat ahrs_increment_second(ahrs_vec3 d) {
+    const ahrs_real s = ahrs_vec3_norm2(d);
+    if (ahrs_increment_is_large(s)) {
+        return ahrs_quat_exp(d);
+    }
+    return (ahrs_quat){1 - AHRS_C(0.125) * s, AHRS_C(0.5) * d.x, AHRS_C(0.5) * d.y, AHRS_C(0.5) * d.z};
+}
+
+/* Fourth order. */
+static inline ahrs_quat ahrs_increment(ahrs_vec3 d) {
+    const ahrs_real s = ahrs_vec3_norm2(d);
+    if (ahrs_increment_is_large(s)) {
+        return ahrs_quat_exp(d);
+    }
+    const ahrs_real k = AHRS_C(0.5) - s / 48;
+    return (ahrs_quat){1 - s / 8 + s * s / 384, k * d.x, k * d.y, k * d.z};
+}
+
+#endif
+/* Noise densities as variances of one sample (docs/algorithms.md section 6). White noise of density N has the variance
+ * N^2/T per sample of interval T, and an integrated one grows by N^2 T. */
+#ifndef AHRS_NOISE_H
+#define AHRS_NOISE_H
+
+/* What all estimators share: which samples are usable, the first attitude, motion compensation, gating, frames and
+ * the common outputs. An estimator's update is
+ *
+ *     switch (ahrs_estimator_begin(&s->common, &p->common, u, dt, &z)) { ... }   what to do with this sample
+ *     predict with z.rate, correct with z.accel and z.mag where they are usable
+ *     ahrs_estimator_end(&s->common, &p->common, &z, q);                         the new attitude
+ *
+ * Inside, the axes are forward-right-down and north-east-down with magnetic north (docs/algorithms.md section 0). */
+#ifndef ESTIMATOR_H
+#define ESTIMATOR_H
 
 /* Bits of ahrs_estimator_state.conditions. */
+#ifndef AHRS_CONDITIONS_H
+#define AHRS_CONDITIONS_H
+
+
 enum {
     AHRS_HAS_ATTITUDE = 1,
     AHRS_HAS_HEADING = 2,
@@ -600,7 +735,9 @@ enum {
     AHRS_ACCEL_SUMMED = 512,
     AHRS_MAG_SUMMED = 1024,
     AHRS_IMPLAUSIBLE = 2048,
-    AHRS_MAG_DISTURBED = 4096
+    AHRS_MAG_DISTURBED = 4096,
+    AHRS_HAS_GYRO_ZERO = 8192,
+    AHRS_SMOOTHS_FORCE = 16384
 };
 
 /* Those that tell of one sample only. */
@@ -608,9 +745,113 @@ enum {
     (AHRS_GYRO_HELD | AHRS_ACCEL_USED | AHRS_MAG_USED | AHRS_STEP_REJECTED | AHRS_COVARIANCE_RESET |           \
      AHRS_IMPLAUSIBLE | AHRS_MAG_DISTURBED)
 
+static inline bool ahrs_condition(const ahrs_estimator_state *s, int32_t bit) { return (s->conditions & bit) != 0; }
+
+static inline void ahrs_set_condition(ahrs_estimator_state *s, int32_t bit, bool on) {
+    s->conditions = on ? s->conditions | bit : s->conditions & ~bit;
+}
+
+#endif
+/* What may happen to the samples before an estimator sees them, each part switched on by parameters: the gyroscope's
+ * zero, the magnetometer's calibration, the accelerometer's low-pass (docs/algorithms.md section 0). */
+#ifndef AHRS_PREPROCESSING_H
+#define AHRS_PREPROCESSING_H
+
+
+#define AHRS_ZERO_FORCE AHRS_C(0.3) /* m/s2: mean specific force further from gravity is not rest */
+#define AHRS_SQRT2 AHRS_C(1.41421356237309504880)
+
+/* Of the cut-off period: after a longer step the low-pass begins anew. The parameters leave it below 0.4. */
+#define AHRS_LOWPASS_STEP AHRS_C(0.45)
+
+/* Hard iron and the unequal sensitivity of the axes taken out, in the axes of the user. No measurement, which is zero or
+ * not a number, stays one. */
+AHRS_INLINE ahrs_vec3 ahrs_calibrated_mag(const ahrs_estimator_params *p, const ahrs_real mag[3]) {
+    const bool measured = mag[0] != 0 || mag[1] != 0 || mag[2] != 0;
+    const ahrs_vec3 m = {(mag[0] - p->mag_offset[0]) * p->mag_scale[0], (mag[1] - p->mag_offset[1]) * p->mag_scale[1],
+                         (mag[2] - p->mag_offset[2]) * p->mag_scale[2]};
+    return measured ? m : (ahrs_vec3){0, 0, 0};
+}
+
+/* Takes one rate and the magnitude of the specific force into the means over a rest, until the zero is known; true when
+ * it becomes so. A rest whose noise, force or mean rate is not that of a vehicle at rest is dropped for the next one. */
+static inline bool ahrs_learn_gyro_zero(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 rate,
+                                        ahrs_real force) {
+    if (ahrs_condition(s, AHRS_HAS_GYRO_ZERO)) {
+        return false;
+    }
+    if (s->zero_count == 0) {
+        ahrs_vec3_to(s->gyro_zero, rate);
+        s->gyro_spread = 0;
+        s->force_excess = 0;
+    }
+    s->zero_count++;
+    const ahrs_real n = (ahrs_real)s->zero_count;
+    const ahrs_vec3 before = ahrs_vec3_of(s->gyro_zero);
+    const ahrs_vec3 mean = ahrs_vec3_add_scaled(before, 1 / n, ahrs_vec3_sub(rate, before));
+    ahrs_vec3_to(s->gyro_zero, mean);
+    s->gyro_spread += ahrs_vec3_dot(ahrs_vec3_sub(rate, before), ahrs_vec3_sub(rate, mean));
+    s->force_excess += (force - p->gravity - s->force_excess) / n;
+    if (s->zero_count < p->gyro_zero_samples) {
+        return false;
+    }
+    s->zero_count = 0;
+    const bool at_rest = s->gyro_spread <= 3 * (n - 1) * (p->gyro_zero_std * p->gyro_zero_std) &&
+                         ahrs_abs(s->force_excess) <= AHRS_ZERO_FORCE &&
+                         ahrs_vec3_norm2(mean) <= p->gyro_zero_limit * p->gyro_zero_limit;
+    ahrs_set_condition(s, AHRS_HAS_GYRO_ZERO, at_rest);
+    return at_rest;
+}
+
+static inline ahrs_vec3 ahrs_gyro_zero(const ahrs_estimator_state *s) {
+    return ahrs_condition(s, AHRS_HAS_GYRO_ZERO) ? ahrs_vec3_of(s->gyro_zero) : (ahrs_vec3){0, 0, 0};
+}
+
+/* Second-order Butterworth low-pass by the trapezoidal rule, warped so that the cut-off is exact. Its two states keep
+ * their meaning when the step changes. It begins at rest in the first sample, and anew after one that is not usable;
+ * the result is zero then. */
+static inline ahrs_vec3 ahrs_smooth_force(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 force,
+                                          bool usable, ahrs_real dt) {
+    const ahrs_real turns = p->accel_cutoff * dt;
+    const bool begins = !ahrs_condition(s, AHRS_SMOOTHS_FORCE) || turns > AHRS_LOWPASS_STEP;
+    ahrs_set_condition(s, AHRS_SMOOTHS_FORCE, usable);
+    if (!usable) {
+        return (ahrs_vec3){0, 0, 0};
+    }
+    if (begins) {
+        ahrs_vec3_to(s->force_low, force);
+        ahrs_vec3_to(s->force_band, (ahrs_vec3){0, 0, 0});
+        return force;
+    }
+    ahrs_real sine, cosine;
+    ahrs_sincos(AHRS_PI * turns, &sine, &cosine);
+    const ahrs_real g = sine / cosine;
+    const ahrs_vec3 low = ahrs_vec3_of(s->force_low), band = ahrs_vec3_of(s->force_band);
+    const ahrs_vec3 driven = ahrs_vec3_add_scaled(band, g, ahrs_vec3_sub(force, low));
+    const ahrs_vec3 middle = ahrs_vec3_scale(driven, 1 / (1 + g * (g + AHRS_SQRT2)));
+    const ahrs_vec3 smooth = ahrs_vec3_add_scaled(low, g, middle);
+    ahrs_vec3_to(s->force_band, ahrs_vec3_sub(ahrs_vec3_scale(middle, 2), band));
+    ahrs_vec3_to(s->force_low, ahrs_vec3_sub(ahrs_vec3_scale(smooth, 2), low));
+    return smooth;
+}
+
+#endif
+
+/* Larger samples are not physical and count as no measurement; their squares still fit into a float. */
+#define AHRS_GYRO_LIMIT AHRS_C(1e3)
+#define AHRS_ACCEL_LIMIT AHRS_C(1e4)
+#define AHRS_MAG_LIMIT AHRS_C(1.0)
+
+#define AHRS_ACCEL_LEAST AHRS_C(0.1)  /* of gravity: below is free fall */
+#define AHRS_MAG_LEAST AHRS_C(1e-3)   /* of the reference field */
+#define AHRS_MAG_SINE AHRS_C(0.05)    /* of the angle between field and gravity: below there is no heading */
+#define AHRS_LONGEST_STEP AHRS_C(0.5) /* s: after a longer gap the attitude is carried on, not corrected */
+#define AHRS_REST_RATE AHRS_C(0.1)    /* rad/s: faster is motion */
+#define AHRS_REST_FORCE AHRS_C(0.5)   /* m/s2: specific force further from gravity is motion */
+
 typedef enum {
     AHRS_WAIT,  /* nothing to do: no attitude yet, or no time has passed */
-    AHRS_START, /* the first attitude is in the common state: begin from it */
+    AHRS_START, /* an attitude is in the common state, the first or one with a new zero of the gyroscope: begin from it */
     AHRS_TURN,  /* as AHRS_RUN, after taking over the attitude in the common state: its heading was turned */
     AHRS_RUN    /* predict and correct */
 } ahrs_action;
@@ -626,12 +867,6 @@ typedef struct {
     ahrs_real dt;      /* s, of the prediction */
     ahrs_real gain_dt; /* s, of the correction: 0 after a gap */
 } ahrs_sample;
-
-static inline bool ahrs_condition(const ahrs_estimator_state *s, int32_t bit) { return (s->conditions & bit) != 0; }
-
-static inline void ahrs_set_condition(ahrs_estimator_state *s, int32_t bit, bool on) {
-    s->conditions = on ? s->conditions | bit : s->conditions & ~bit;
-}
 
 /* Forward-left-up to forward-right-down, and back. */
 AHRS_INLINE ahrs_vec3 ahrs_swap_body(int32_t frame, ahrs_vec3 v) {
@@ -687,7 +922,7 @@ AHRS_INLINE ahrs_sample ahrs_read_sample(ahrs_estimator_state *s, const ahrs_est
     ahrs_sample z = {.dt = dt, .gain_dt = dt > AHRS_LONGEST_STEP ? 0 : dt};
     const ahrs_vec3 gyro = ahrs_swap_body(p->frame, ahrs_vec3_of(u->gyro));
     const ahrs_vec3 accel = ahrs_swap_body(p->frame, ahrs_vec3_of(u->accel));
-    const ahrs_vec3 mag = ahrs_swap_body(p->frame, ahrs_vec3_of(u->mag));
+    const ahrs_vec3 mag = ahrs_swap_body(p->frame, ahrs_calibrated_mag(p, u->mag));
     if (ahrs_vec3_norm2(gyro) <= AHRS_GYRO_LIMIT * AHRS_GYRO_LIMIT) {
         z.rate = gyro;
         ahrs_vec3_to(s->gyro, z.rate);
@@ -701,10 +936,14 @@ AHRS_INLINE ahrs_sample ahrs_read_sample(ahrs_estimator_state *s, const ahrs_est
         z.force = accel;
         z.force_usable = true;
     }
+    if (AHRS_UNLIKELY(p->accel_cutoff > 0)) {
+        z.force = ahrs_smooth_force(s, p, accel, z.force_usable, dt);
+        z.force_usable = ahrs_vec3_norm2(z.force) > least * least;
+    }
     const ahrs_real field2 = s->field[0] * s->field[0] + s->field[1] * s->field[1]; /* 0 until it is known */
     if (u->mag_valid && mag2 > AHRS_MAG_LEAST * AHRS_MAG_LEAST * field2 && mag2 <= AHRS_MAG_LIMIT * AHRS_MAG_LIMIT) {
         z.mag = mag;
-        z.mag_usable = z.force_usable ? ahrs_has_horizontal_part(mag, accel)
+        z.mag_usable = z.force_usable ? ahrs_has_horizontal_part(mag, z.force)
                                       : ahrs_has_horizontal_part(mag, ahrs_quat_down(ahrs_quat_of(s->q)));
     }
     return z;
@@ -871,11 +1110,18 @@ AHRS_INLINE ahrs_action ahrs_estimator_begin(ahrs_estimator_state *s, const ahrs
     }
     s->conditions &= ~AHRS_MOMENTARY;
     *z = ahrs_read_sample(s, p, u, dt);
+    bool zeroed = false;
+    if (AHRS_UNLIKELY(p->gyro_zero_samples > 0 && !ahrs_condition(s, AHRS_GYRO_HELD))) {
+        zeroed = z->force_usable && ahrs_learn_gyro_zero(s, p, z->rate, ahrs_vec3_norm(z->force));
+        z->rate = ahrs_vec3_sub(z->rate, ahrs_gyro_zero(s));
+        ahrs_vec3_to(s->gyro, z->rate);
+    }
     if (AHRS_UNLIKELY(!has_attitude)) {
         const ahrs_sample first = *z; /* a copy, so that the sample itself may stay in registers */
         return ahrs_initialise(s, p, &first);
     }
-    return ahrs_prepare_sample(s, p, z);
+    const ahrs_action action = ahrs_prepare_sample(s, p, z);
+    return zeroed ? AHRS_START : action;
 }
 
 /* Takes over the attitude after a sample, a unit quaternion; one that has lost its meaning is initialised anew. */
@@ -925,7 +1171,7 @@ static inline int32_t ahrs_status_of(const ahrs_estimator_state *s) {
     return ahrs_condition(s, AHRS_MAG_DISTURBED) ? AHRS_STATUS_MAG_DISTURBED : AHRS_STATUS_NOMINAL;
 }
 
-/* The common outputs; `bias` is the gyroscope bias in inner axes. */
+/* The common outputs; `bias` is the gyroscope bias that the estimator has learned, in inner axes. */
 static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const ahrs_estimator_params *p,
                                           ahrs_vec3 bias, ahrs_estimator_outputs_t *y) {
     const ahrs_quat q = ahrs_to_output_frame(p, ahrs_quat_of(s->q));
@@ -935,7 +1181,7 @@ static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const a
     y->pitch = euler.y;
     y->yaw = euler.z;
     ahrs_vec3_to(y->rate, ahrs_swap_body(p->frame, ahrs_vec3_sub(ahrs_vec3_of(s->gyro), bias)));
-    ahrs_vec3_to(y->gyro_bias, ahrs_swap_body(p->frame, bias));
+    ahrs_vec3_to(y->gyro_bias, ahrs_swap_body(p->frame, ahrs_vec3_add(bias, ahrs_gyro_zero(s))));
     const ahrs_vec3 motion = ahrs_condition(s, AHRS_HAS_ATTITUDE) ? ahrs_motion(s, p) : (ahrs_vec3){0, 0, 0};
     ahrs_vec3_to(y->motion_accel, ahrs_swap_body(p->frame, motion));
     y->status = ahrs_status_of(s);
@@ -945,247 +1191,560 @@ static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const a
 }
 
 #endif
-/* Generalized complementary filter (docs/algorithms.md section 5). */
 
-/* An attitude in the form of its realisation: a quaternion (quaternion, euler), or the navigation axes seen from the
- * body, which are the rows of the rotation matrix (dcm) or the first and the last of them (vector). */
+/* rad/s: how wrong a rate is that was not measured, because a sample was unusable or the step too long. */
+#define AHRS_HELD_RATE AHRS_C(0.5)
+
+/* Of white noise in one sample; the sensor's interval, whatever the step since the sample before. */
+static inline ahrs_real ahrs_sample_variance(const ahrs_estimator_params *p, ahrs_real density) {
+    return density * density / p->sample_time;
+}
+
+/* Of the rotation in one step, rad2. */
+static inline ahrs_real ahrs_turn_variance(const ahrs_estimator_state *s, const ahrs_sample *z, ahrs_real density) {
+    const ahrs_real measured = density * density * z->dt;
+    const bool held = ahrs_condition(s, AHRS_GYRO_HELD) || !(z->gain_dt > 0);
+    const ahrs_real turn = AHRS_HELD_RATE * z->dt;
+    return held ? measured + turn * turn : measured;
+}
+
+/* Of what motion compensation leaves of a changing acceleration, (m/s2)2: it is that of the sample before. */
+static inline ahrs_real ahrs_motion_variance(const ahrs_estimator_params *p, const ahrs_sample *z, ahrs_real density) {
+    return p->motion_compensation ? density * density * z->dt : 0;
+}
+
+#endif
+/* Covariance of the four elements of a quaternion, as a triangle of matrix.h. */
+#ifndef AHRS_QUATERNION_COVARIANCE_H
+#define AHRS_QUATERNION_COVARIANCE_H
+
+/* Small symmetric and triangular matrices. Both are kept as their lower triangle, row by row without gaps; rectangular
+ * ones row by row. The sizes are arguments, so that they are constants wherever a function is inlined. */
+#ifndef AHRS_MATRIX_H
+#define AHRS_MATRIX_H
+
+
+enum { AHRS_MATRIX_MAX = 12 };
+
+/* Number of elements of a triangle with n rows, and so the place of row n in a larger one. */
+#define AHRS_TRIANGLE(n) ((n) * ((n) + 1) / 2)
+
+/* Element (i, j) of a symmetric matrix. */
+static inline ahrs_real *ahrs_at(ahrs_real *a, int32_t i, int32_t j) {
+    return i >= j ? &a[AHRS_TRIANGLE(i) + j] : &a[AHRS_TRIANGLE(j) + i];
+}
+
+static inline ahrs_real ahrs_of(const ahrs_real *a, int32_t i, int32_t j) {
+    return i >= j ? a[AHRS_TRIANGLE(i) + j] : a[AHRS_TRIANGLE(j) + i];
+}
+
+static inline void ahrs_add_diagonal(int32_t n, ahrs_real *a, ahrs_real k) {
+    for (int32_t i = 0; i < n; i++) {
+        a[AHRS_TRIANGLE(i) + i] += k;
+    }
+}
+
+/* a = L L'; false where a is not positive definite. l may be a. */
+static inline bool ahrs_cholesky(int32_t n, const ahrs_real *a, ahrs_real *l) {
+    for (int32_t i = 0; i < n; i++) {
+        ahrs_real *const row = &l[AHRS_TRIANGLE(i)];
+        for (int32_t j = 0; j <= i; j++) {
+            const ahrs_real *const other = &l[AHRS_TRIANGLE(j)];
+            ahrs_real sum = a[AHRS_TRIANGLE(i) + j];
+            for (int32_t k = 0; k < j; k++) {
+                sum -= row[k] * other[k];
+            }
+            if (j < i) {
+                row[j] = sum / other[j];
+            } else if (sum > 0 && ahrs_is_finite(sum)) {
+                row[j] = ahrs_sqrt(sum);
+            } else {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/* Whether every eigenvalue of a is above the floor. */
+static inline bool ahrs_is_above(int32_t n, const ahrs_real *a, ahrs_real floor) {
+    ahrs_real l[AHRS_TRIANGLE(AHRS_MATRIX_MAX)];
+    for (int32_t i = 0; i < AHRS_TRIANGLE(n); i++) {
+        l[i] = a[i];
+    }
+    ahrs_add_diagonal(n, l, -floor);
+    return ahrs_cholesky(n, l, l);
+}
+
+/* x := L^-1 x */
+static inline void ahrs_solve_lower(int32_t n, const ahrs_real *l, ahrs_real *x) {
+    for (int32_t i = 0; i < n; i++) {
+        const ahrs_real *const row = &l[AHRS_TRIANGLE(i)];
+        for (int32_t k = 0; k < i; k++) {
+            x[i] -= row[k] * x[k];
+        }
+        x[i] /= row[i];
+    }
+}
+
+/* x := L'^-1 x */
+static inline void ahrs_solve_upper(int32_t n, const ahrs_real *l, ahrs_real *x) {
+    for (int32_t i = n - 1; i >= 0; i--) {
+        for (int32_t k = i + 1; k < n; k++) {
+            x[i] -= l[AHRS_TRIANGLE(k) + i] * x[k];
+        }
+        x[i] /= l[AHRS_TRIANGLE(i) + i];
+    }
+}
+
+/* The triangle l with l l' = a a' for a of n rows and m >= n columns, by reflections; a is destroyed. False where a row
+ * depends on those above it. */
+static inline bool ahrs_triangle_of(int32_t n, int32_t m, ahrs_real *a, ahrs_real *l) {
+    for (int32_t i = 0; i < n; i++) {
+        ahrs_real *const pivot = &a[i * m];
+        ahrs_real norm2 = 0;
+        for (int32_t k = i; k < m; k++) {
+            norm2 += pivot[k] * pivot[k];
+        }
+        if (!(norm2 > 0 && ahrs_is_finite(norm2))) {
+            return false;
+        }
+        /* The reflection brings the rest of the row onto the axis that leaves the larger mirror vector. */
+        const ahrs_real norm = ahrs_sqrt(norm2);
+        const ahrs_real side = pivot[i] < 0 ? -1 : 1;
+        pivot[i] += side * norm;
+        const ahrs_real scale = 1 / (norm * ahrs_abs(pivot[i]));
+        for (int32_t r = i + 1; r < n; r++) {
+            ahrs_real *const row = &a[r * m];
+            ahrs_real dot = 0;
+            for (int32_t k = i; k < m; k++) {
+                dot += pivot[k] * row[k];
+            }
+            for (int32_t k = i; k < m; k++) {
+                row[k] -= scale * dot * pivot[k];
+            }
+            l[AHRS_TRIANGLE(r) + i] = -side * row[i]; /* the diagonal is positive */
+        }
+        l[AHRS_TRIANGLE(i) + i] = norm;
+    }
+    return true;
+}
+
+/* l l' + sign x x' as a triangle again; x is destroyed. False, and l destroyed, where that is not positive definite. */
+static inline bool ahrs_add_square(int32_t n, ahrs_real *l, ahrs_real *x, ahrs_real sign) {
+    for (int32_t i = 0; i < n; i++) {
+        ahrs_real *const diagonal = &l[AHRS_TRIANGLE(i) + i];
+        const ahrs_real norm2 = *diagonal * *diagonal + sign * x[i] * x[i];
+        if (!(norm2 > 0 && ahrs_is_finite(norm2))) {
+            return false;
+        }
+        const ahrs_real norm = ahrs_sqrt(norm2);
+        const ahrs_real c = *diagonal / norm, s = x[i] / norm;
+        *diagonal = norm;
+        for (int32_t k = i + 1; k < n; k++) {
+            ahrs_real *const below = &l[AHRS_TRIANGLE(k) + i];
+            const ahrs_real old = *below;
+            *below = c * old + sign * s * x[k];
+            x[k] = c * x[k] - s * old;
+        }
+    }
+    return true;
+}
+
+/* One rotation of Jacobi's method: brings element (i, j) of a to zero, unless it is negligible already, and turns the
+ * rows of v along. */
+static inline void ahrs_jacobi_rotation(int32_t n, ahrs_real *a, ahrs_real *v, int32_t i, int32_t j) {
+    const ahrs_real off = ahrs_of(a, i, j), both = ahrs_of(a, i, i) * ahrs_of(a, j, j);
+    if (!(off * off > AHRS_REAL_EPSILON * AHRS_REAL_EPSILON * ahrs_abs(both))) {
+        return;
+    }
+    const ahrs_real theta = (ahrs_of(a, j, j) - ahrs_of(a, i, i)) / (2 * off);
+    const ahrs_real size = 1 / (ahrs_abs(theta) + ahrs_sqrt(theta * theta + 1));
+    const ahrs_real tangent = theta < 0 ? -size : size;
+    const ahrs_real c = 1 / ahrs_sqrt(tangent * tangent + 1), s = tangent * c;
+    *ahrs_at(a, i, i) -= tangent * off;
+    *ahrs_at(a, j, j) += tangent * off;
+    *ahrs_at(a, i, j) = 0;
+    for (int32_t k = 0; k < n; k++) {
+        if (k != i && k != j) {
+            const ahrs_real aik = ahrs_of(a, i, k), ajk = ahrs_of(a, j, k);
+            *ahrs_at(a, i, k) = c * aik - s * ajk;
+            *ahrs_at(a, j, k) = s * aik + c * ajk;
+        }
+        const ahrs_real vik = v[i * n + k], vjk = v[j * n + k];
+        v[i * n + k] = c * vik - s * vjk;
+        v[j * n + k] = s * vik + c * vjk;
+    }
+}
+
+/* Brings the eigenvalues of a (at most 4 rows, finite) into [low, high]. */
+static inline void ahrs_clamp_eigenvalues(int32_t n, ahrs_real *a, ahrs_real low, ahrs_real high) {
+    enum { MOST = 4, SWEEPS = 10 };
+    ahrs_real v[MOST * MOST] = {0}, d[MOST];
+    for (int32_t i = 0; i < n; i++) {
+        v[i * n + i] = 1;
+    }
+    for (int32_t sweep = 0; sweep < SWEEPS; sweep++) {
+        for (int32_t i = 1; i < n; i++) {
+            for (int32_t j = 0; j < i; j++) {
+                ahrs_jacobi_rotation(n, a, v, i, j);
+            }
+        }
+    }
+    for (int32_t i = 0; i < n; i++) {
+        d[i] = ahrs_clamp(ahrs_of(a, i, i), low, high);
+    }
+    for (int32_t i = 0; i < n; i++) {
+        for (int32_t j = 0; j <= i; j++) {
+            ahrs_real sum = 0;
+            for (int32_t k = 0; k < n; k++) {
+                sum += d[k] * v[k * n + i] * v[k * n + j];
+            }
+            *ahrs_at(a, i, j) = sum;
+        }
+    }
+}
+
+#endif
+
+/* No eigenvalue is let below this. */
+#define AHRS_COVARIANCE_LEAST AHRS_C(1e-12)
+
+
+static inline void ahrs_quat_rows(const ahrs_real *p, ahrs_quat row[4]) {
+    for (int32_t i = 0; i < 4; i++) {
+        row[i] = (ahrs_quat){ahrs_of(p, i, 0), ahrs_of(p, i, 1), ahrs_of(p, i, 2), ahrs_of(p, i, 3)};
+    }
+}
+
+/* variance times the unit matrix */
+static inline void ahrs_quat_covariance_set(ahrs_real *p, ahrs_real variance) {
+    for (int32_t i = 0; i < AHRS_TRIANGLE(4); i++) {
+        p[i] = 0;
+    }
+    ahrs_add_diagonal(4, p, variance);
+}
+
+/* After every quaternion has been multiplied with r from the right: F P F' with F x = x (x) r. */
+static inline void ahrs_quat_covariance_turn(ahrs_real *p, ahrs_quat r) {
+    ahrs_quat row[4];
+    ahrs_real half[4][4];
+    ahrs_quat_rows(p, row);
+    for (int32_t i = 0; i < 4; i++) {
+        ahrs_quat_to(half[i], ahrs_quat_mul(row[i], r));
+    }
+    for (int32_t j = 0; j < 4; j++) {
+        ahrs_real column[4];
+        ahrs_quat_to(column, ahrs_quat_mul((ahrs_quat){half[0][j], half[1][j], half[2][j], half[3][j]}, r));
+        for (int32_t i = j; i < 4; i++) {
+            *ahrs_at(p, i, j) = column[i];
+        }
+    }
+}
+
+/* Adds k (I - q q'): noise across a unit quaternion, none along it. A rotation of variance v gives k = v/4. */
+static inline void ahrs_quat_covariance_spread(ahrs_real *p, ahrs_quat q, ahrs_real k) {
+    ahrs_real e[4];
+    ahrs_quat_to(e, q);
+    for (int32_t i = 0; i < 4; i++) {
+        for (int32_t j = 0; j <= i; j++) {
+            *ahrs_at(p, i, j) += k * ((i == j ? 1 : 0) - e[i] * e[j]);
+        }
+    }
+}
+
+/* Keeps the matrix positive definite; false where it has no meaning left. */
+static inline bool ahrs_quat_covariance_keep(ahrs_real *p) {
+    for (int32_t i = 0; i < AHRS_TRIANGLE(4); i++) {
+        if (!ahrs_is_finite(p[i])) {
+            return false;
+        }
+    }
+    if (AHRS_UNLIKELY(!ahrs_is_above(4, p, AHRS_COVARIANCE_LEAST))) {
+        ahrs_clamp_eigenvalues(4, p, AHRS_COVARIANCE_LEAST, AHRS_REAL_MAX);
+    }
+    return true;
+}
+
+/* Standard deviation of the rotation about each body axis: turning by v moves q by q (x) v/2. */
+static inline ahrs_vec3 ahrs_quat_covariance_std(const ahrs_real *p, ahrs_quat q) {
+    const ahrs_quat axis[3] = {
+        ahrs_quat_mul(q, (ahrs_quat){0, 1, 0, 0}),
+        ahrs_quat_mul(q, (ahrs_quat){0, 0, 1, 0}),
+        ahrs_quat_mul(q, (ahrs_quat){0, 0, 0, 1}),
+    };
+    ahrs_quat row[4];
+    ahrs_real variance[3];
+    ahrs_quat_rows(p, row);
+    for (int32_t i = 0; i < 3; i++) {
+        const ahrs_quat image = {ahrs_quat_dot(row[0], axis[i]), ahrs_quat_dot(row[1], axis[i]),
+                                 ahrs_quat_dot(row[2], axis[i]), ahrs_quat_dot(row[3], axis[i])};
+        variance[i] = ahrs_max(ahrs_quat_dot(axis[i], image), 0);
+    }
+    return (ahrs_vec3){2 * ahrs_sqrt(variance[0]), 2 * ahrs_sqrt(variance[1]), 2 * ahrs_sqrt(variance[2])};
+}
+
+#endif
+/* Cubature Kalman filter on the quaternion with Sage-Husa noise estimation (docs/algorithms.md section 3). */
+
+/* The measurement: specific force, and heading where there is one. */
+enum { adaptive_ckf_N = 4, adaptive_ckf_HEADING = 3, adaptive_ckf_TRIANGLE = AHRS_TRIANGLE(4) };
+
+/* Beyond this pitch (85 deg) the heading is not measured. */
+static const ahrs_real adaptive_ckf_SINE_OF_PITCH_MAX = AHRS_C(0.9961946980917455);
+
+/* A correction on its way: innovation v, its covariance S, gain K, and K v. */
 typedef struct {
-    int32_t realisation;
-    ahrs_quat q;
-    ahrs_mat3 c;
-} gcf_attitude;
+    int32_t rows; /* of the measurement */
+    ahrs_real innovation[adaptive_ckf_N], spread[adaptive_ckf_TRIANGLE], gain[adaptive_ckf_N][adaptive_ckf_N], change[adaptive_ckf_N];
+} adaptive_ckf_correction;
 
-enum { gcf_NORTH, gcf_EAST, gcf_DOWN };
-
-/* From one stored row to the next: vector leaves out east. */
-AHRS_INLINE int32_t gcf_row_step(int32_t realisation) { return realisation == AHRS_GCF_REALISATION_VECTOR ? 2 : 1; }
-
-AHRS_INLINE bool gcf_has_axes(int32_t realisation) {
-    return realisation == AHRS_GCF_REALISATION_VECTOR || realisation == AHRS_GCF_REALISATION_DCM;
-}
-
-AHRS_INLINE gcf_attitude gcf_attitude_from(int32_t realisation, ahrs_quat q) {
-    gcf_attitude a = {.realisation = realisation, .q = q};
-    if (gcf_has_axes(realisation)) {
-        a.c = ahrs_quat_to_mat3(q);
+static void adaptive_ckf_copy(const ahrs_real *from, ahrs_real *to) {
+    for (int32_t i = 0; i < adaptive_ckf_TRIANGLE; i++) {
+        to[i] = from[i];
     }
-    return a;
 }
 
-AHRS_INLINE gcf_attitude gcf_load(const ahrs_gcf_state *s, int32_t realisation) {
-    gcf_attitude a = {.realisation = realisation};
-    if (gcf_has_axes(realisation)) {
-        for (int32_t i = gcf_NORTH; i <= gcf_DOWN; i += gcf_row_step(realisation)) {
-            a.c.row[i] = ahrs_vec3_of(&s->store[3 * i]);
+/* Angle in [-pi, pi] of one in [-3 pi, 3 pi]. */
+static ahrs_real adaptive_ckf_wrapped(ahrs_real angle) {
+    return angle > AHRS_PI ? angle - 2 * AHRS_PI : (angle < -AHRS_PI ? angle + 2 * AHRS_PI : angle);
+}
+
+static ahrs_real adaptive_ckf_heading_of(ahrs_quat q) { return ahrs_atan2(ahrs_quat_east(q).x, ahrs_quat_north(q).x); }
+
+/* Specific force and heading of an attitude that need not be of unit length; the heading near a reference. */
+static void adaptive_ckf_expected(const ahrs_adaptive_ckf_params *p, ahrs_quat q, ahrs_real near, ahrs_real z[adaptive_ckf_N]) {
+    ahrs_vec3_to(z, ahrs_vec3_scale(ahrs_quat_down(q), -p->common.gravity));
+    z[adaptive_ckf_HEADING] = near + adaptive_ckf_wrapped(adaptive_ckf_heading_of(q) - near);
+}
+
+/* Derivative of `expected` by the elements of q, row by row. */
+static void adaptive_ckf_jacobian(const ahrs_adaptive_ckf_params *p, ahrs_quat q, ahrs_real h[adaptive_ckf_N][adaptive_ckf_N]) {
+    const ahrs_real g2 = -2 * p->common.gravity;
+    const ahrs_real y = ahrs_quat_east(q).x, x = ahrs_quat_north(q).x;
+    const ahrs_real k = 2 / (x * x + y * y);
+    ahrs_quat_to(h[0], ahrs_quat_scale((ahrs_quat){-q.y, q.z, -q.w, q.x}, g2));
+    ahrs_quat_to(h[1], ahrs_quat_scale((ahrs_quat){q.x, q.w, q.z, q.y}, g2));
+    ahrs_quat_to(h[2], ahrs_quat_scale((ahrs_quat){q.w, -q.x, -q.y, q.z}, g2));
+    const ahrs_quat dy = {q.z, q.y, q.x, q.w}, dx = {q.w, q.x, -q.y, -q.z};
+    ahrs_quat_to(h[adaptive_ckf_HEADING], ahrs_quat_scale(ahrs_quat_sub(ahrs_quat_scale(dy, x), ahrs_quat_scale(dx, y)), k));
+}
+
+/* Process noise per sample as the parameters give it. */
+static void adaptive_ckf_given_process_noise(const ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, ahrs_quat q,
+                                const ahrs_sample *z, ahrs_real out[adaptive_ckf_TRIANGLE]) {
+    ahrs_quat_covariance_set(out, p->quaternion_noise * p->quaternion_noise * z->dt);
+    if (p->process_noise == AHRS_ADAPTIVE_CKF_PROCESS_NOISE_GYRO) {
+        ahrs_quat_covariance_spread(out, q, AHRS_C(0.25) * ahrs_turn_variance(&s->common, z, p->gyro_noise));
+    }
+}
+
+static void adaptive_ckf_start(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p) {
+    const ahrs_sample nominal = {.dt = p->common.sample_time, .gain_dt = p->common.sample_time};
+    const ahrs_real accel = ahrs_sample_variance(&p->common, p->accel_noise) +
+                            ahrs_motion_variance(&p->common, &nominal, p->motion_noise);
+    ahrs_quat_covariance_set(s->covariance, AHRS_C(0.25) * p->initial_attitude_std * p->initial_attitude_std);
+    adaptive_ckf_given_process_noise(s, p, ahrs_quat_of(s->common.q), &nominal, s->process);
+    ahrs_quat_covariance_set(s->measurement, accel);
+    *ahrs_at(s->measurement, adaptive_ckf_HEADING, adaptive_ckf_HEADING) = ahrs_sample_variance(&p->common, p->heading_noise);
+    s->fading = p->forgetting;
+    for (int32_t i = 0; i < p->warm_up; i++) {
+        s->fading *= p->forgetting;
+    }
+}
+
+/* Mean and covariances of the measurement over the cubature points, gain and change of the state. False where the
+ * covariance is not positive definite. */
+static bool adaptive_ckf_measure(const ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const ahrs_sample *z,
+                    ahrs_quat q, adaptive_ckf_correction *c) {
+    enum { POINTS = 2 * adaptive_ckf_N };
+    const ahrs_real weight = 1 / (ahrs_real)POINTS;
+    ahrs_real root[adaptive_ckf_TRIANGLE], side[adaptive_ckf_N][adaptive_ckf_N], y[POINTS][adaptive_ckf_N], mean[adaptive_ckf_N] = {0};
+    if (!ahrs_cholesky(adaptive_ckf_N, s->covariance, root)) {
+        return false;
+    }
+    const ahrs_real heading = adaptive_ckf_heading_of(q);
+    for (int32_t i = 0; i < adaptive_ckf_N; i++) {
+        for (int32_t j = 0; j < adaptive_ckf_N; j++) {
+            side[i][j] = j < i ? 0 : 2 * root[AHRS_TRIANGLE(j) + i]; /* 2 = sqrt(N) */
         }
-    } else if (realisation == AHRS_GCF_REALISATION_EULER) {
-        a.q = ahrs_quat_from_euler(ahrs_vec3_of(s->store));
-    } else {
-        a.q = ahrs_quat_of(s->common.q);
+        adaptive_ckf_expected(p, ahrs_quat_add(q, ahrs_quat_of(side[i])), heading, y[i]);
+        adaptive_ckf_expected(p, ahrs_quat_sub(q, ahrs_quat_of(side[i])), heading, y[i + adaptive_ckf_N]);
     }
-    return a;
-}
-
-AHRS_INLINE void gcf_store(ahrs_gcf_state *s, gcf_attitude a) {
-    if (gcf_has_axes(a.realisation)) {
-        for (int32_t i = gcf_NORTH; i <= gcf_DOWN; i += gcf_row_step(a.realisation)) {
-            ahrs_vec3_to(&s->store[3 * i], a.c.row[i]);
-        }
-    } else if (a.realisation == AHRS_GCF_REALISATION_EULER) {
-        ahrs_vec3_to(s->store, ahrs_quat_to_euler(a.q));
-    }
-}
-
-/* The rows of the rotation matrix. */
-AHRS_INLINE ahrs_mat3 gcf_axes_of(gcf_attitude a) {
-    if (!gcf_has_axes(a.realisation)) {
-        return ahrs_quat_to_mat3(a.q);
-    }
-    if (a.realisation == AHRS_GCF_REALISATION_VECTOR) {
-        a.c.row[gcf_EAST] = ahrs_vec3_cross(a.c.row[gcf_DOWN], a.c.row[gcf_NORTH]);
-    }
-    return a.c;
-}
-
-AHRS_INLINE ahrs_quat gcf_quaternion_of(gcf_attitude a) {
-    return gcf_has_axes(a.realisation) ? ahrs_quat_from_mat3(gcf_axes_of(a)) : a.q;
-}
-
-/* Seen from the body, an axis fixed in space turns backwards as the body turns by v: u exp(-[v x]). */
-AHRS_INLINE ahrs_vec3 gcf_turned_back(ahrs_vec3 u, ahrs_vec3 v, ahrs_real sinc, ahrs_real versine) {
-    const ahrs_vec3 first = ahrs_vec3_cross(u, v), second = ahrs_vec3_cross(first, v);
-    return ahrs_vec3_add_scaled(ahrs_vec3_add_scaled(u, sinc, first), versine, second);
-}
-
-/* The attitude after the body has turned by the rotation vector v. */
-AHRS_INLINE gcf_attitude gcf_rotated(gcf_attitude a, ahrs_vec3 v) {
-    if (!gcf_has_axes(a.realisation)) {
-        a.q = ahrs_quat_turn(a.q, v);
-        return a;
-    }
-    ahrs_real c, k;
-    ahrs_half_angle(ahrs_vec3_norm2(v), &c, &k);
-    const ahrs_real sinc = 2 * k * c, versine = 2 * k * k; /* sin n/n and (1 - cos n)/n^2 */
-    a.c.row[gcf_NORTH] = gcf_turned_back(a.c.row[gcf_NORTH], v, sinc, versine);
-    if (a.realisation == AHRS_GCF_REALISATION_DCM) {
-        a.c.row[gcf_EAST] = gcf_turned_back(a.c.row[gcf_EAST], v, sinc, versine);
-    }
-    a.c.row[gcf_DOWN] = gcf_turned_back(a.c.row[gcf_DOWN], v, sinc, versine);
-    return a;
-}
-
-/* One step C := (3 C - C C' C)/2 towards the nearest rotation matrix. */
-static ahrs_mat3 gcf_refined_matrix(ahrs_mat3 c) {
-    ahrs_mat3 gcf_refined;
-    for (int32_t i = gcf_NORTH; i <= gcf_DOWN; i++) {
-        const ahrs_vec3 back = ahrs_mat3_apply_transposed(c, ahrs_mat3_apply(c, c.row[i]));
-        gcf_refined.row[i] = ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[i], AHRS_C(1.5)), AHRS_C(-0.5), back);
-    }
-    return gcf_refined;
-}
-
-/* Two vectors of unit length at right angles; down leads, because it is the better known. */
-AHRS_INLINE ahrs_mat3 gcf_refined_vectors(ahrs_mat3 c) {
-    const ahrs_vec3 north = c.row[gcf_NORTH], down = c.row[gcf_DOWN];
-    c.row[gcf_NORTH] = ahrs_vec3_add_scaled(ahrs_vec3_scale(north, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(north)),
-                                        -ahrs_vec3_dot(north, down), down);
-    c.row[gcf_DOWN] = ahrs_vec3_scale(down, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(down));
-    return c;
-}
-
-/* The rounding of rotations taken out, by one Newton step. */
-AHRS_INLINE gcf_attitude gcf_refined(gcf_attitude a) {
-    if (a.realisation == AHRS_GCF_REALISATION_DCM) {
-        a.c = gcf_refined_matrix(a.c);
-    } else if (a.realisation == AHRS_GCF_REALISATION_VECTOR) {
-        a.c = gcf_refined_vectors(a.c);
-    } else {
-        a.q = ahrs_quat_refine(a.q);
-    }
-    return a;
-}
-
-/* Tilt from gravity, heading from the horizontal field: loop gain one on all axes. */
-AHRS_INLINE ahrs_vec3 gcf_decoupled_error(ahrs_mat3 c, const ahrs_sample *z) {
-    ahrs_vec3 e = {0, 0, 0};
-    if (z->accel_usable) {
-        e = ahrs_vec3_cross(c.row[gcf_DOWN], ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
-    }
-    if (z->mag_usable) {
-        const ahrs_real x = ahrs_vec3_dot(c.row[gcf_NORTH], z->mag);
-        const ahrs_real y = ahrs_vec3_dot(c.row[gcf_EAST], z->mag);
-        const ahrs_real norm2 = x * x + y * y;
-        if (norm2 > 0) { /* y/norm, where quotient and root do not wait for each other */
-            e = ahrs_vec3_sub(e, ahrs_vec3_scale(c.row[gcf_DOWN], y / norm2 * ahrs_sqrt(norm2)));
+    for (int32_t a = 0; a < c->rows; a++) {
+        for (int32_t i = 0; i < POINTS; i++) {
+            mean[a] += weight * y[i][a];
         }
     }
-    return e;
+    for (int32_t a = 0; a < c->rows; a++) {
+        for (int32_t b = 0; b <= a; b++) {
+            ahrs_real sum = ahrs_of(s->measurement, a, b);
+            for (int32_t i = 0; i < POINTS; i++) {
+                sum += weight * (y[i][a] - mean[a]) * (y[i][b] - mean[b]);
+            }
+            *ahrs_at(c->spread, a, b) = sum;
+        }
+        for (int32_t j = 0; j < adaptive_ckf_N; j++) {
+            c->gain[j][a] = 0;
+            for (int32_t i = 0; i < adaptive_ckf_N; i++) {
+                c->gain[j][a] += weight * side[i][j] * (y[i][a] - y[i + adaptive_ckf_N][a]);
+            }
+        }
+    }
+    ahrs_vec3_to(c->innovation, ahrs_vec3_sub(z->accel, ahrs_vec3_of(mean)));
+    if (c->rows > adaptive_ckf_HEADING) {
+        const ahrs_real measured = adaptive_ckf_heading_of(ahrs_attitude_of(z->accel, z->mag));
+        c->innovation[adaptive_ckf_HEADING] = adaptive_ckf_wrapped(adaptive_ckf_wrapped(measured - mean[adaptive_ckf_HEADING]));
+    }
+    if (!ahrs_cholesky(c->rows, c->spread, root)) {
+        return false;
+    }
+    for (int32_t j = 0; j < adaptive_ckf_N; j++) {
+        ahrs_solve_lower(c->rows, root, c->gain[j]);
+        ahrs_solve_upper(c->rows, root, c->gain[j]);
+        c->change[j] = 0;
+        for (int32_t a = 0; a < c->rows; a++) {
+            c->change[j] += c->gain[j][a] * c->innovation[a];
+        }
+    }
+    return true;
 }
 
-/* Both cross products, measured x expected, weighted: loop gain kg (I - gg') + kh (I - hh'). */
-AHRS_INLINE ahrs_vec3 gcf_coupled_error(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_mat3 c,
-                                    const ahrs_sample *z) {
-    ahrs_vec3 e = {0, 0, 0};
-    if (z->accel_usable) {
-        e = ahrs_vec3_scale(ahrs_vec3_cross(c.row[gcf_DOWN], ahrs_vec3_unit(z->accel)), p->kg);
+/* P := P - K S K' */
+static void adaptive_ckf_subtract_gain(const adaptive_ckf_correction *c, ahrs_real covariance[adaptive_ckf_TRIANGLE]) {
+    for (int32_t i = 0; i < adaptive_ckf_N; i++) {
+        for (int32_t j = 0; j <= i; j++) {
+            ahrs_real sum = 0;
+            for (int32_t a = 0; a < c->rows; a++) {
+                for (int32_t b = 0; b < c->rows; b++) {
+                    sum += c->gain[i][a] * ahrs_of(c->spread, a, b) * c->gain[j][b];
+                }
+            }
+            *ahrs_at(covariance, i, j) -= sum;
+        }
     }
-    const ahrs_vec3 field =
-        ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[gcf_NORTH], s->common.field[0]), s->common.field[1], c.row[gcf_DOWN]);
-    if (z->mag_usable && ahrs_vec3_norm2(field) > 0) {
-        const ahrs_vec3 cross = ahrs_vec3_cross(ahrs_vec3_unit(z->mag), ahrs_vec3_unit(field));
-        e = ahrs_vec3_add_scaled(e, p->kh, cross);
-    }
-    return e;
 }
 
-/* The rotation from the predicted attitude to the one that accelerometer and magnetometer show. Without a usable
- * magnetometer it is the shortest one that brings down to its measured direction. */
-static ahrs_vec3 gcf_attitude_error(gcf_attitude a, const ahrs_sample *z) {
-    const ahrs_mat3 c = gcf_axes_of(a);
-    if (!z->accel_usable) {
-        return gcf_decoupled_error(c, z);
+/* Brings the eigenvalues of a covariance into their range, where they are not. */
+static void adaptive_ckf_keep_within(ahrs_real a[adaptive_ckf_TRIANGLE], ahrs_real low, ahrs_real high) {
+    ahrs_real upside[adaptive_ckf_TRIANGLE];
+    for (int32_t i = 0; i < adaptive_ckf_TRIANGLE; i++) {
+        upside[i] = -a[i];
     }
-    if (z->mag_usable) {
-        return ahrs_quat_log(ahrs_quat_mul(ahrs_quat_conj(gcf_quaternion_of(a)), ahrs_attitude_of(z->accel, z->mag)));
+    if (!ahrs_is_above(adaptive_ckf_N, a, low) || !ahrs_is_above(adaptive_ckf_N, upside, -high)) {
+        ahrs_clamp_eigenvalues(adaptive_ckf_N, a, low, high);
     }
-    const ahrs_vec3 measured = ahrs_vec3_unit(ahrs_vec3_negate(z->accel));
-    const ahrs_vec3 cross = ahrs_vec3_cross(measured, c.row[gcf_DOWN]);
-    const ahrs_real sine = ahrs_vec3_norm(cross);
-    return sine > 0 ? ahrs_vec3_scale(cross, ahrs_atan2(sine, ahrs_vec3_dot(measured, c.row[gcf_DOWN])) / sine) : cross;
 }
 
-AHRS_INLINE ahrs_vec3 gcf_error_of(const ahrs_gcf_state *s, const ahrs_gcf_params *p, gcf_attitude a, const ahrs_sample *z) {
-    ahrs_vec3 e;
-    if (p->form == AHRS_GCF_FORM_ATTITUDE) {
-        const gcf_attitude predicted = a; /* copies, so that the direct form may keep its own in registers */
-        const ahrs_sample sample = *z;
-        e = gcf_attitude_error(predicted, &sample);
-    } else if (p->error == AHRS_GCF_ERROR_COUPLED) {
-        e = gcf_coupled_error(s, p, gcf_axes_of(a), z);
-    } else {
-        e = gcf_decoupled_error(gcf_axes_of(a), z);
+/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. */
+static void adaptive_ckf_adapt_measurement(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const adaptive_ckf_correction *c,
+                              ahrs_quat q, ahrs_real d) {
+    ahrs_real h[adaptive_ckf_N][adaptive_ckf_N], left[adaptive_ckf_N];
+    adaptive_ckf_jacobian(p, q, h);
+    for (int32_t a = 0; a < c->rows; a++) {
+        left[a] = c->innovation[a] - ahrs_quat_dot(ahrs_quat_of(h[a]), ahrs_quat_of(c->change));
     }
-    return e;
+    for (int32_t a = 0; a < c->rows; a++) {
+        for (int32_t b = 0; b <= a; b++) {
+            ahrs_real sum = left[a] * left[b];
+            for (int32_t i = 0; i < adaptive_ckf_N; i++) {
+                for (int32_t j = 0; j < adaptive_ckf_N; j++) {
+                    sum += h[a][i] * ahrs_of(s->covariance, i, j) * h[b][j];
+                }
+            }
+            ahrs_real *const r = ahrs_at(s->measurement, a, b);
+            *r = (1 - d) * *r + d * sum;
+        }
+    }
+    adaptive_ckf_keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
 }
 
-AHRS_INLINE ahrs_vec3 gcf_limited(ahrs_vec3 v, ahrs_real limit) {
-    return (ahrs_vec3){ahrs_clamp(v.x, -limit, limit), ahrs_clamp(v.y, -limit, limit), ahrs_clamp(v.z, -limit, limit)};
+/* Q := (1 - d) Q + d (K v v' K' + P - F P F'): without the last two terms for qr_safe, with the P of the sample before
+ * for textbook, with the new one for printed. */
+static void adaptive_ckf_adapt_process(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const adaptive_ckf_correction *c,
+                          ahrs_quat turn, const ahrs_real turned[adaptive_ckf_TRIANGLE], ahrs_real d) {
+    ahrs_real again[adaptive_ckf_TRIANGLE];
+    const bool safe = p->adaptation == AHRS_ADAPTIVE_CKF_ADAPTATION_QR_SAFE;
+    adaptive_ckf_copy(p->adaptation == AHRS_ADAPTIVE_CKF_ADAPTATION_PRINTED ? s->covariance : turned, again);
+    if (p->adaptation == AHRS_ADAPTIVE_CKF_ADAPTATION_PRINTED) {
+        ahrs_quat_covariance_turn(again, turn);
+    }
+    for (int32_t i = 0; i < adaptive_ckf_N; i++) {
+        for (int32_t j = 0; j <= i; j++) {
+            const ahrs_real growth = safe ? 0 : ahrs_of(s->covariance, i, j) - ahrs_of(again, i, j);
+            ahrs_real *const noise = ahrs_at(s->process, i, j);
+            *noise = (1 - d) * *noise + d * (c->change[i] * c->change[j] + growth);
+        }
+    }
+    if (safe) {
+        adaptive_ckf_keep_within(s->process, p->process_variance_min, p->process_variance_max);
+    }
 }
 
-static inline void ahrs_gcf_init(ahrs_gcf_state *s, const ahrs_gcf_params *p) {
-    (void)p;
-    *s = (ahrs_gcf_state){.bias = {0}};
+/* One correction; false where a covariance has lost its meaning. */
+static bool adaptive_ckf_correct(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const ahrs_sample *z,
+                    ahrs_quat turn, const ahrs_real turned[adaptive_ckf_TRIANGLE], ahrs_quat *q) {
+    const bool level = ahrs_abs(ahrs_quat_down(*q).x) < adaptive_ckf_SINE_OF_PITCH_MAX;
+    adaptive_ckf_correction c = {.rows = z->mag_usable && level ? adaptive_ckf_N : adaptive_ckf_HEADING};
+    if (!adaptive_ckf_measure(s, p, z, *q, &c)) {
+        return false;
+    }
+    *q = ahrs_quat_add(*q, ahrs_quat_of(c.change));
+    adaptive_ckf_subtract_gain(&c, s->covariance);
+    if (!ahrs_quat_covariance_keep(s->covariance)) {
+        return false;
+    }
+    s->fading *= p->forgetting;
+    const ahrs_real d = (1 - p->forgetting) / (1 - s->fading);
+    if (p->adaptation != AHRS_ADAPTIVE_CKF_ADAPTATION_NONE) {
+        adaptive_ckf_adapt_measurement(s, p, &c, *q, d);
+    }
+    if (p->adaptation > AHRS_ADAPTIVE_CKF_ADAPTATION_R_ONLY) {
+        adaptive_ckf_adapt_process(s, p, &c, turn, turned, d);
+    }
+    return true;
+}
+
+static inline void ahrs_adaptive_ckf_init(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p) {
     ahrs_estimator_init(&s->common);
+    adaptive_ckf_start(s, p);
 }
 
-/* One prediction and one correction; the realisation is a constant wherever this is used. */
-AHRS_INLINE void gcf_step(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_sample *z, int32_t realisation) {
-    const ahrs_real T = z->gain_dt;
-    const ahrs_vec3 bias = ahrs_vec3_of(s->bias);
-    const gcf_attitude predicted = gcf_rotated(gcf_load(s, realisation), ahrs_vec3_scale(ahrs_vec3_sub(z->rate, bias), z->dt));
-    const ahrs_vec3 e = gcf_error_of(s, p, predicted, z);
-    const gcf_attitude corrected = gcf_rotated(gcf_refined(predicted), ahrs_vec3_scale(e, p->kp * T));
-    ahrs_vec3 slope = ahrs_vec3_scale(e, p->ki);
-    if (p->kii != 0) { /* of third order */
-        const ahrs_vec3 drift = ahrs_vec3_add_scaled(ahrs_vec3_of(s->drift), T * p->kii, e);
-        ahrs_vec3_to(s->drift, drift);
-        slope = ahrs_vec3_add(slope, drift);
-    }
-    ahrs_vec3_to(s->bias, gcf_limited(ahrs_vec3_add_scaled(bias, -T, slope), p->bias_limit));
-    gcf_store(s, corrected);
-    ahrs_estimator_end(&s->common, &p->common, z, gcf_quaternion_of(corrected));
-}
-
-static inline void ahrs_gcf_update(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_gcf_inputs *u, ahrs_real dt) {
+static inline void ahrs_adaptive_ckf_update(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p,
+                              const ahrs_adaptive_ckf_inputs *u, ahrs_real dt) {
     ahrs_sample z;
     const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
     if (action == AHRS_START) {
-        ahrs_vec3_to(s->bias, (ahrs_vec3){0, 0, 0});
-        ahrs_vec3_to(s->drift, (ahrs_vec3){0, 0, 0});
+        adaptive_ckf_start(s, p);
     }
-    if (action == AHRS_START || action == AHRS_TURN) {
-        gcf_store(s, gcf_attitude_from(p->realisation, ahrs_quat_of(s->common.q)));
-    }
-    if (action == AHRS_START || action == AHRS_WAIT) {
+    if (action == AHRS_WAIT || action == AHRS_START) {
         return;
     }
-    switch (p->realisation) {
-    case AHRS_GCF_REALISATION_VECTOR:
-        gcf_step(s, p, &z, AHRS_GCF_REALISATION_VECTOR);
-        break;
-    case AHRS_GCF_REALISATION_DCM:
-        gcf_step(s, p, &z, AHRS_GCF_REALISATION_DCM);
-        break;
-    case AHRS_GCF_REALISATION_EULER:
-        gcf_step(s, p, &z, AHRS_GCF_REALISATION_EULER);
-        break;
-    default:
-        gcf_step(s, p, &z, AHRS_GCF_REALISATION_QUATERNION);
+    ahrs_real turned[adaptive_ckf_TRIANGLE];
+    const ahrs_quat before = ahrs_quat_of(s->common.q);
+    const ahrs_quat turn = ahrs_increment(ahrs_vec3_scale(z.rate, z.dt));
+    ahrs_quat q = ahrs_quat_mul(before, turn);
+    if (p->adaptation <= AHRS_ADAPTIVE_CKF_ADAPTATION_R_ONLY) {
+        adaptive_ckf_given_process_noise(s, p, before, &z, s->process);
     }
+    ahrs_quat_covariance_turn(s->covariance, turn);
+    adaptive_ckf_copy(s->covariance, turned);
+    for (int32_t i = 0; i < adaptive_ckf_TRIANGLE; i++) {
+        s->covariance[i] += s->process[i];
+    }
+    if (z.gain_dt > 0 && z.accel_usable && !adaptive_ckf_correct(s, p, &z, turn, turned, &q)) {
+        adaptive_ckf_start(s, p);
+        s->common.conditions |= AHRS_COVARIANCE_RESET;
+        q = ahrs_quat_mul(before, turn);
+    }
+    ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_unit(q));
 }
 
-static inline void ahrs_gcf_outputs(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_gcf_outputs_t *y) {
-    ahrs_estimator_outputs(&s->common, &p->common, ahrs_vec3_of(s->bias), &y->common);
+static inline void ahrs_adaptive_ckf_outputs(const ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p,
+                               ahrs_adaptive_ckf_outputs_t *y) {
+    ahrs_estimator_outputs(&s->common, &p->common, (ahrs_vec3){0, 0, 0}, &y->common);
+    ahrs_vec3_to(y->attitude_std, ahrs_quat_covariance_std(s->covariance, ahrs_quat_of(s->common.q)));
+    y->covariance_reset = ahrs_condition(&s->common, AHRS_COVARIANCE_RESET);
 }
 
 /* The one interface between a model and everything that runs it: FMI 2, FMI 3, the host library.
@@ -1251,6 +1810,1116 @@ typedef struct {
 } fmu_model;
 
 #endif
+/* Generated from models/adaptive_ckf/adaptive_ckf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_adaptive_ckf_params params;
+    ahrs_adaptive_ckf_inputs inputs;
+    ahrs_adaptive_ckf_outputs_t outputs;
+    ahrs_adaptive_ckf_state state;
+} adaptive_ckf_instance;
+
+static const fmu_variable adaptive_ckf_variables[] = {
+    {"gyro", 1, 3, offsetof(adaptive_ckf_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(adaptive_ckf_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(adaptive_ckf_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(adaptive_ckf_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(adaptive_ckf_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(adaptive_ckf_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(adaptive_ckf_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(adaptive_ckf_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(adaptive_ckf_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(adaptive_ckf_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(adaptive_ckf_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(adaptive_ckf_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"attitude_std", 116, 3, offsetof(adaptive_ckf_instance, outputs.attitude_std), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(adaptive_ckf_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(adaptive_ckf_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(adaptive_ckf_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(adaptive_ckf_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"covariance_reset", 123, 1, offsetof(adaptive_ckf_instance, outputs.covariance_reset), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(adaptive_ckf_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(adaptive_ckf_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(adaptive_ckf_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(adaptive_ckf_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(adaptive_ckf_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(adaptive_ckf_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(adaptive_ckf_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(adaptive_ckf_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(adaptive_ckf_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(adaptive_ckf_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(adaptive_ckf_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(adaptive_ckf_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(adaptive_ckf_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(adaptive_ckf_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(adaptive_ckf_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(adaptive_ckf_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(adaptive_ckf_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(adaptive_ckf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(adaptive_ckf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(adaptive_ckf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(adaptive_ckf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"gyro_noise", 1040, 1, offsetof(adaptive_ckf_instance, params.gyro_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 100.0},
+    {"accel_noise", 1042, 1, offsetof(adaptive_ckf_instance, params.accel_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 1000.0},
+    {"heading_noise", 1044, 1, offsetof(adaptive_ckf_instance, params.heading_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
+    {"quaternion_noise", 1046, 1, offsetof(adaptive_ckf_instance, params.quaternion_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
+    {"motion_noise", 1047, 1, offsetof(adaptive_ckf_instance, params.motion_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 1000.0},
+    {"initial_attitude_std", 1048, 1, offsetof(adaptive_ckf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 10.0},
+    {"adaptation", 1070, 1, offsetof(adaptive_ckf_instance, params.adaptation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 4.0},
+    {"process_noise", 1071, 1, offsetof(adaptive_ckf_instance, params.process_noise), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"forgetting", 1072, 1, offsetof(adaptive_ckf_instance, params.forgetting), FMU_REAL, FMU_FIXED, FMU_MAX_OPEN, 0.5, 1.0},
+    {"warm_up", 1073, 1, offsetof(adaptive_ckf_instance, params.warm_up), FMU_INTEGER, FMU_FIXED, 0, 0.0, 10000.0},
+    {"measurement_variance_min", 1074, 1, offsetof(adaptive_ckf_instance, params.measurement_variance_min), FMU_REAL, FMU_FIXED, 0, 1e-12, 1000000.0},
+    {"measurement_variance_max", 1075, 1, offsetof(adaptive_ckf_instance, params.measurement_variance_max), FMU_REAL, FMU_FIXED, 0, 1e-12, 1000000.0},
+    {"process_variance_min", 1076, 1, offsetof(adaptive_ckf_instance, params.process_variance_min), FMU_REAL, FMU_FIXED, 0, 1e-12, 1.0},
+    {"process_variance_max", 1077, 1, offsetof(adaptive_ckf_instance, params.process_variance_max), FMU_REAL, FMU_FIXED, 0, 1e-12, 1.0},
+};
+
+static bool adaptive_ckf_limit_0(const void *data) {
+    const ahrs_adaptive_ckf_params *p = &((const adaptive_ckf_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t adaptive_ckf_limit_0_vrs[] = {207, 208};
+
+static bool adaptive_ckf_limit_1(const void *data) {
+    const ahrs_adaptive_ckf_params *p = &((const adaptive_ckf_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t adaptive_ckf_limit_1_vrs[] = {213, 214};
+
+static bool adaptive_ckf_limit_2(const void *data) {
+    const ahrs_adaptive_ckf_params *p = &((const adaptive_ckf_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t adaptive_ckf_limit_2_vrs[] = {223, 200};
+
+static bool adaptive_ckf_limit_3(const void *data) {
+    const ahrs_adaptive_ckf_params *p = &((const adaptive_ckf_instance *)data)->params;
+    return p->measurement_variance_min <= p->measurement_variance_max;
+}
+
+static const uint32_t adaptive_ckf_limit_3_vrs[] = {1074, 1075};
+
+static bool adaptive_ckf_limit_4(const void *data) {
+    const ahrs_adaptive_ckf_params *p = &((const adaptive_ckf_instance *)data)->params;
+    return p->process_variance_min <= p->process_variance_max;
+}
+
+static const uint32_t adaptive_ckf_limit_4_vrs[] = {1076, 1077};
+
+static bool adaptive_ckf_limit_5(const void *data) {
+    const ahrs_adaptive_ckf_params *p = &((const adaptive_ckf_instance *)data)->params;
+    return (p->adaptation == AHRS_ADAPTIVE_CKF_ADAPTATION_NONE) || (p->adaptation == AHRS_ADAPTIVE_CKF_ADAPTATION_R_ONLY) || (p->adaptation == AHRS_ADAPTIVE_CKF_ADAPTATION_QR_SAFE);
+}
+
+static const uint32_t adaptive_ckf_limit_5_vrs[] = {1070};
+
+static const fmu_limit adaptive_ckf_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, adaptive_ckf_limit_0_vrs, 2, adaptive_ckf_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, adaptive_ckf_limit_1_vrs, 2, adaptive_ckf_limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, adaptive_ckf_limit_2_vrs, 2, adaptive_ckf_limit_2},
+    {"measurement_variance_min <= measurement_variance_max", "the least eigenvalue cannot be above the largest", false, adaptive_ckf_limit_3_vrs, 2, adaptive_ckf_limit_3},
+    {"process_variance_min <= process_variance_max", "the least eigenvalue cannot be above the largest", false, adaptive_ckf_limit_4_vrs, 2, adaptive_ckf_limit_4},
+    {"adaptation == none or adaptation == r_only or adaptation == qr_safe", "this estimate of the process noise may lose positive definiteness, and the filter then resets: use r_only", true, adaptive_ckf_limit_5_vrs, 1, adaptive_ckf_limit_5},
+};
+
+static inline void ahrs_adaptive_ckf_defaults(ahrs_adaptive_ckf_params *p, ahrs_adaptive_ckf_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->gyro_noise = AHRS_C(0.006);
+    p->accel_noise = AHRS_C(0.1);
+    p->heading_noise = AHRS_C(0.0316);
+    p->quaternion_noise = AHRS_C(0.000316);
+    p->motion_noise = AHRS_C(0.5);
+    p->initial_attitude_std = AHRS_C(0.063);
+    p->adaptation = 1;
+    p->process_noise = 0;
+    p->forgetting = AHRS_C(0.995);
+    p->warm_up = 200;
+    p->measurement_variance_min = AHRS_C(0.0001);
+    p->measurement_variance_max = AHRS_C(1000.0);
+    p->process_variance_min = AHRS_C(1e-08);
+    p->process_variance_max = AHRS_C(1e-05);
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void adaptive_ckf_defaults(void *data) {
+    adaptive_ckf_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_adaptive_ckf_defaults(&i->params, &i->inputs);
+}
+
+static void adaptive_ckf_init(void *data) {
+    adaptive_ckf_instance *i = data;
+    ahrs_adaptive_ckf_init(&i->state, &i->params);
+}
+
+static void adaptive_ckf_update(void *data, ahrs_real dt) {
+    adaptive_ckf_instance *i = data;
+    ahrs_adaptive_ckf_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void adaptive_ckf_compute_outputs(void *data) {
+    adaptive_ckf_instance *i = data;
+    ahrs_adaptive_ckf_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_adaptive_ckf_model = {
+    "adaptive_ckf", "AdaptiveCKF", sizeof(adaptive_ckf_instance), {offsetof(adaptive_ckf_instance, params), sizeof(((adaptive_ckf_instance *)0)->params)}, {offsetof(adaptive_ckf_instance, inputs), sizeof(((adaptive_ckf_instance *)0)->inputs)}, {offsetof(adaptive_ckf_instance, outputs), sizeof(((adaptive_ckf_instance *)0)->outputs)}, {offsetof(adaptive_ckf_instance, state), sizeof(((adaptive_ckf_instance *)0)->state)},
+    offsetof(adaptive_ckf_instance, params.common.sample_time), 0.01,
+    adaptive_ckf_variables, sizeof adaptive_ckf_variables / sizeof adaptive_ckf_variables[0],
+    adaptive_ckf_limits, sizeof adaptive_ckf_limits / sizeof adaptive_ckf_limits[0],
+    adaptive_ckf_defaults, adaptive_ckf_init, adaptive_ckf_update, adaptive_ckf_compute_outputs};
+
+/* Generated from models/cg_ekf/cg_ekf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_CG_EKF_H
+#define AHRS_CG_EKF_H
+
+
+/* Attitude by conjugate gradients, smoothed by an extended Kalman filter. Fletcher-Reeves conjugate
+ * gradients, begun at the predicted attitude, find the attitude at which the directions of gravity and of
+ * the magnetic field fit best, both with equal weight. It measures the quaternion of an extended Kalman
+ * filter that the gyroscope predicts. It learns no gyroscope bias. In the steady state it is a first-order
+ * complementary filter whose crossover frequency is gyro_noise/attitude_noise.
+ */
+
+typedef struct {
+    ahrs_estimator_params common;
+    ahrs_real gyro_noise; /* White noise of the gyroscope, rad/s/sqrt(Hz) */
+    ahrs_real attitude_noise; /* White noise of the attitude that the search finds, rad/sqrt(Hz) */
+    ahrs_real motion_noise; /* Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation */
+    ahrs_real initial_attitude_std; /* Standard deviation of the first attitude [rad] */
+    int32_t iterations; /* Most iterations of the search per sample; it ends before where the gradient vanishes */
+} ahrs_cg_ekf_params;
+
+typedef ahrs_estimator_inputs ahrs_cg_ekf_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+    ahrs_real attitude_std[3]; /* Standard deviation of the attitude error about the body axes, as the filter believes it [rad] */
+    int32_t covariance_reset; /* The covariance was reset at the last sample */
+} ahrs_cg_ekf_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+    ahrs_real variance; /* Variance of every element of the quaternion; their covariance stays a multiple of the unit matrix [1] */
+} ahrs_cg_ekf_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_cg_ekf_defaults(ahrs_cg_ekf_params *p, ahrs_cg_ekf_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_cg_ekf_init(ahrs_cg_ekf_state *s, const ahrs_cg_ekf_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_cg_ekf_update(ahrs_cg_ekf_state *s, const ahrs_cg_ekf_params *p, const ahrs_cg_ekf_inputs *u, ahrs_real dt);
+
+static inline void ahrs_cg_ekf_outputs(const ahrs_cg_ekf_state *s, const ahrs_cg_ekf_params *p, ahrs_cg_ekf_outputs_t *y);
+
+#endif
+/* Attitude by conjugate gradients, smoothed by an extended Kalman filter (docs/algorithms.md section 4).
+ *
+ * The prediction is a rotation of four dimensions times a number, and both noises are multiples of the unit matrix: so
+ * the covariance is one as well, and the filter needs only that number. */
+
+enum { cg_ekf_RESTART = 4, cg_ekf_NEWTON_STEPS = 6 };
+
+static const ahrs_real cg_ekf_GRADIENT_LEAST = AHRS_C(1e-10);
+static const ahrs_real cg_ekf_CURVATURE_LEAST = AHRS_C(1e-12); /* less belongs to a direction so short that its first guess will do */
+
+/* Directions in navigation axes and where they are measured in the body. One that is not usable is zero in both. */
+typedef struct {
+    ahrs_vec3 gravity, field;
+} cg_ekf_directions;
+
+static ahrs_real cg_ekf_dot(cg_ekf_directions a, cg_ekf_directions b) {
+    return ahrs_vec3_dot(a.gravity, b.gravity) + ahrs_vec3_dot(a.field, b.field);
+}
+
+/* n (x) q for a vector n */
+static ahrs_quat cg_ekf_from_left(ahrs_vec3 n, ahrs_quat q) { return ahrs_quat_mul((ahrs_quat){0, n.x, n.y, n.z}, q); }
+
+/* Vector part of p* (x) n (x) q: for p = q the direction n seen from the body, for a change d of q half of what that
+ * changes by. */
+static ahrs_vec3 cg_ekf_between(ahrs_quat p, ahrs_vec3 n, ahrs_quat q) {
+    const ahrs_quat t = ahrs_quat_mul(ahrs_quat_conj(p), cg_ekf_from_left(n, q));
+    return (ahrs_vec3){t.x, t.y, t.z};
+}
+
+static cg_ekf_directions cg_ekf_seen(ahrs_quat p, const cg_ekf_directions *nav, ahrs_quat q) {
+    return (cg_ekf_directions){cg_ekf_between(p, nav->gravity, q), cg_ekf_between(p, nav->field, q)};
+}
+
+static cg_ekf_directions cg_ekf_misfit(ahrs_quat q, const cg_ekf_directions *nav, const cg_ekf_directions *measured) {
+    const cg_ekf_directions s = cg_ekf_seen(q, nav, q);
+    return (cg_ekf_directions){ahrs_vec3_sub(s.gravity, measured->gravity), ahrs_vec3_sub(s.field, measured->field)};
+}
+
+/* v without its part along q, which would change the length of q only. */
+static ahrs_quat cg_ekf_across(ahrs_quat q, ahrs_quat v) { return ahrs_quat_sub(v, ahrs_quat_scale(q, ahrs_quat_dot(q, v))); }
+
+/* Gradient of |e|^2/2 among unit quaternions. */
+static ahrs_quat cg_ekf_gradient(ahrs_quat q, const cg_ekf_directions *nav, cg_ekf_directions e) {
+    const ahrs_quat gravity = ahrs_quat_mul(cg_ekf_from_left(nav->gravity, q), (ahrs_quat){0, e.gravity.x, e.gravity.y, e.gravity.z});
+    const ahrs_quat field = ahrs_quat_mul(cg_ekf_from_left(nav->field, q), (ahrs_quat){0, e.field.x, e.field.y, e.field.z});
+    return cg_ekf_across(q, ahrs_quat_scale(ahrs_quat_add(gravity, field), -2));
+}
+
+/* How far to go from q along d. The misfit along the line is exactly e0 + L e1 + L^2 e2, half its square a quartic. */
+static ahrs_real cg_ekf_step_along(ahrs_quat q, ahrs_quat d, const cg_ekf_directions *nav, cg_ekf_directions e0) {
+    const cg_ekf_directions half = cg_ekf_seen(q, nav, d), e2 = cg_ekf_seen(d, nav, d);
+    const cg_ekf_directions e1 = {ahrs_vec3_scale(half.gravity, 2), ahrs_vec3_scale(half.field, 2)};
+    const ahrs_real c0 = cg_ekf_dot(e0, e1), c1 = cg_ekf_dot(e1, e1) + 2 * cg_ekf_dot(e0, e2), c2 = 3 * cg_ekf_dot(e1, e2), c3 = 2 * cg_ekf_dot(e2, e2);
+    if (!(cg_ekf_dot(e1, e1) > 0)) {
+        return 0;
+    }
+    ahrs_real length = -c0 / cg_ekf_dot(e1, e1);
+    for (int32_t i = 0; i < cg_ekf_NEWTON_STEPS; i++) {
+        const ahrs_real slope = c0 + length * (c1 + length * (c2 + length * c3));
+        const ahrs_real curvature = c1 + length * (2 * c2 + length * 3 * c3);
+        if (!(curvature > cg_ekf_CURVATURE_LEAST)) {
+            break;
+        }
+        length -= slope / curvature;
+    }
+    return length;
+}
+
+/* The attitude of the least misfit, searched from q. */
+static ahrs_quat cg_ekf_fit(ahrs_quat q, const cg_ekf_directions *nav, const cg_ekf_directions *measured, int32_t iterations) {
+    ahrs_quat direction = {0, 0, 0, 0};
+    ahrs_real before = 1;
+    for (int32_t i = 0; i < iterations; i++) {
+        const cg_ekf_directions e = cg_ekf_misfit(q, nav, measured);
+        const ahrs_quat uphill = cg_ekf_gradient(q, nav, e);
+        const ahrs_real norm2 = ahrs_quat_dot(uphill, uphill);
+        if (!(norm2 > cg_ekf_GRADIENT_LEAST * cg_ekf_GRADIENT_LEAST)) {
+            break;
+        }
+        const ahrs_real beta = i % cg_ekf_RESTART == 0 ? 0 : norm2 / before;
+        direction = ahrs_quat_sub(ahrs_quat_scale(cg_ekf_across(q, direction), beta), uphill);
+        if (!(ahrs_quat_dot(direction, uphill) < 0)) {
+            direction = ahrs_quat_negate(uphill);
+        }
+        q = ahrs_quat_unit(ahrs_quat_add(q, ahrs_quat_scale(direction, cg_ekf_step_along(q, direction, nav, e))));
+        before = norm2;
+    }
+    return q;
+}
+
+static ahrs_quat cg_ekf_measured_attitude(const ahrs_cg_ekf_state *s, const ahrs_cg_ekf_params *p, ahrs_quat predicted,
+                                   const ahrs_sample *z) {
+    const ahrs_vec3 field = {s->common.field[0], 0, s->common.field[1]};
+    cg_ekf_directions nav = {{0, 0, 0}, {0, 0, 0}}, measured = nav;
+    if (z->accel_usable) {
+        nav.gravity = (ahrs_vec3){0, 0, -1};
+        measured.gravity = ahrs_vec3_unit(z->accel);
+    }
+    if (z->mag_usable && ahrs_vec3_norm2(field) > 0) {
+        nav.field = ahrs_vec3_unit(field);
+        measured.field = ahrs_vec3_unit(z->mag);
+    }
+    return cg_ekf_fit(predicted, &nav, &measured, p->iterations);
+}
+
+static ahrs_real cg_ekf_initial_variance(const ahrs_cg_ekf_params *p) {
+    return AHRS_C(0.25) * p->initial_attitude_std * p->initial_attitude_std;
+}
+
+static inline void ahrs_cg_ekf_init(ahrs_cg_ekf_state *s, const ahrs_cg_ekf_params *p) {
+    ahrs_estimator_init(&s->common);
+    s->variance = cg_ekf_initial_variance(p);
+}
+
+static inline void ahrs_cg_ekf_update(ahrs_cg_ekf_state *s, const ahrs_cg_ekf_params *p, const ahrs_cg_ekf_inputs *u, ahrs_real dt) {
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_START) {
+        s->variance = cg_ekf_initial_variance(p);
+    }
+    if (action == AHRS_WAIT || action == AHRS_START) {
+        return;
+    }
+    const ahrs_quat turn = ahrs_increment_second(ahrs_vec3_scale(z.rate, z.dt));
+    ahrs_quat q = ahrs_quat_unit(ahrs_quat_mul(ahrs_quat_of(s->common.q), turn));
+    s->variance = ahrs_quat_dot(turn, turn) * s->variance +
+                  AHRS_C(0.25) * ahrs_turn_variance(&s->common, &z, p->gyro_noise);
+    if (!(s->variance <= AHRS_REAL_MAX)) {
+        s->variance = cg_ekf_initial_variance(p);
+        s->common.conditions |= AHRS_COVARIANCE_RESET;
+    }
+    if (z.gain_dt > 0 && (z.accel_usable || z.mag_usable)) {
+        const ahrs_real moved = ahrs_motion_variance(&p->common, &z, p->motion_noise);
+        const ahrs_real attitude = ahrs_sample_variance(&p->common, p->attitude_noise);
+        const ahrs_real r = AHRS_C(0.25) * (attitude + moved / (p->common.gravity * p->common.gravity));
+        const ahrs_real gain = s->variance / (s->variance + r);
+        const ahrs_quat measured = ahrs_quat_near(cg_ekf_measured_attitude(s, p, q, &z), q);
+        q = ahrs_quat_add(q, ahrs_quat_scale(ahrs_quat_sub(measured, q), gain));
+        s->variance = gain * r;
+    }
+    ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_unit(q));
+}
+
+static inline void ahrs_cg_ekf_outputs(const ahrs_cg_ekf_state *s, const ahrs_cg_ekf_params *p, ahrs_cg_ekf_outputs_t *y) {
+    const ahrs_real std = 2 * ahrs_sqrt(s->variance);
+    ahrs_estimator_outputs(&s->common, &p->common, (ahrs_vec3){0, 0, 0}, &y->common);
+    ahrs_vec3_to(y->attitude_std, (ahrs_vec3){std, std, std});
+    y->covariance_reset = ahrs_condition(&s->common, AHRS_COVARIANCE_RESET);
+}
+
+/* Generated from models/cg_ekf/cg_ekf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_cg_ekf_params params;
+    ahrs_cg_ekf_inputs inputs;
+    ahrs_cg_ekf_outputs_t outputs;
+    ahrs_cg_ekf_state state;
+} cg_ekf_instance;
+
+static const fmu_variable cg_ekf_variables[] = {
+    {"gyro", 1, 3, offsetof(cg_ekf_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(cg_ekf_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(cg_ekf_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(cg_ekf_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(cg_ekf_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(cg_ekf_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(cg_ekf_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(cg_ekf_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(cg_ekf_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(cg_ekf_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(cg_ekf_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(cg_ekf_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"attitude_std", 116, 3, offsetof(cg_ekf_instance, outputs.attitude_std), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(cg_ekf_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(cg_ekf_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(cg_ekf_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(cg_ekf_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"covariance_reset", 123, 1, offsetof(cg_ekf_instance, outputs.covariance_reset), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(cg_ekf_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(cg_ekf_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(cg_ekf_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(cg_ekf_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(cg_ekf_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(cg_ekf_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(cg_ekf_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(cg_ekf_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(cg_ekf_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(cg_ekf_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(cg_ekf_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(cg_ekf_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(cg_ekf_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(cg_ekf_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(cg_ekf_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(cg_ekf_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(cg_ekf_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(cg_ekf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(cg_ekf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(cg_ekf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(cg_ekf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"gyro_noise", 1040, 1, offsetof(cg_ekf_instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
+    {"attitude_noise", 1045, 1, offsetof(cg_ekf_instance, params.attitude_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
+    {"motion_noise", 1047, 1, offsetof(cg_ekf_instance, params.motion_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
+    {"initial_attitude_std", 1048, 1, offsetof(cg_ekf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 10.0},
+    {"iterations", 1080, 1, offsetof(cg_ekf_instance, params.iterations), FMU_INTEGER, FMU_FIXED, 0, 1.0, 100.0},
+};
+
+static bool cg_ekf_limit_0(const void *data) {
+    const ahrs_cg_ekf_params *p = &((const cg_ekf_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t cg_ekf_limit_0_vrs[] = {207, 208};
+
+static bool cg_ekf_limit_1(const void *data) {
+    const ahrs_cg_ekf_params *p = &((const cg_ekf_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t cg_ekf_limit_1_vrs[] = {213, 214};
+
+static bool cg_ekf_limit_2(const void *data) {
+    const ahrs_cg_ekf_params *p = &((const cg_ekf_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t cg_ekf_limit_2_vrs[] = {223, 200};
+
+static const fmu_limit cg_ekf_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, cg_ekf_limit_0_vrs, 2, cg_ekf_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, cg_ekf_limit_1_vrs, 2, cg_ekf_limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, cg_ekf_limit_2_vrs, 2, cg_ekf_limit_2},
+};
+
+static inline void ahrs_cg_ekf_defaults(ahrs_cg_ekf_params *p, ahrs_cg_ekf_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->gyro_noise = AHRS_C(0.0316);
+    p->attitude_noise = AHRS_C(0.004);
+    p->motion_noise = AHRS_C(0.5);
+    p->initial_attitude_std = AHRS_C(0.2);
+    p->iterations = 4;
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void cg_ekf_defaults(void *data) {
+    cg_ekf_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_cg_ekf_defaults(&i->params, &i->inputs);
+}
+
+static void cg_ekf_init(void *data) {
+    cg_ekf_instance *i = data;
+    ahrs_cg_ekf_init(&i->state, &i->params);
+}
+
+static void cg_ekf_update(void *data, ahrs_real dt) {
+    cg_ekf_instance *i = data;
+    ahrs_cg_ekf_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void cg_ekf_compute_outputs(void *data) {
+    cg_ekf_instance *i = data;
+    ahrs_cg_ekf_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_cg_ekf_model = {
+    "cg_ekf", "CGEKF", sizeof(cg_ekf_instance), {offsetof(cg_ekf_instance, params), sizeof(((cg_ekf_instance *)0)->params)}, {offsetof(cg_ekf_instance, inputs), sizeof(((cg_ekf_instance *)0)->inputs)}, {offsetof(cg_ekf_instance, outputs), sizeof(((cg_ekf_instance *)0)->outputs)}, {offsetof(cg_ekf_instance, state), sizeof(((cg_ekf_instance *)0)->state)},
+    offsetof(cg_ekf_instance, params.common.sample_time), 0.01,
+    cg_ekf_variables, sizeof cg_ekf_variables / sizeof cg_ekf_variables[0],
+    cg_ekf_limits, sizeof cg_ekf_limits / sizeof cg_ekf_limits[0],
+    cg_ekf_defaults, cg_ekf_init, cg_ekf_update, cg_ekf_compute_outputs};
+
+/* Generated from models/complementary/complementary.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_COMPLEMENTARY_H
+#define AHRS_COMPLEMENTARY_H
+
+
+/* First-order complementary filter. Integrates the gyroscope and turns the result by the fraction
+ * kp*sample_time of the way to the attitude that accelerometer and magnetometer show. It learns no gyroscope
+ * bias: a constant one leaves an error of bias/kp.
+ */
+
+typedef struct {
+    ahrs_estimator_params common;
+    ahrs_real kp; /* Crossover frequency between accelerometer/magnetometer and gyroscope: one over the time constant [rad/s] */
+} ahrs_complementary_params;
+
+typedef ahrs_estimator_inputs ahrs_complementary_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+} ahrs_complementary_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+} ahrs_complementary_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_complementary_defaults(ahrs_complementary_params *p, ahrs_complementary_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_complementary_init(ahrs_complementary_state *s, const ahrs_complementary_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_complementary_update(ahrs_complementary_state *s, const ahrs_complementary_params *p, const ahrs_complementary_inputs *u, ahrs_real dt);
+
+static inline void ahrs_complementary_outputs(const ahrs_complementary_state *s, const ahrs_complementary_params *p, ahrs_complementary_outputs_t *y);
+
+#endif
+/* What accelerometer and magnetometer say about an attitude (docs/algorithms.md section 5). */
+#ifndef AHRS_ATTITUDE_ERROR_H
+#define AHRS_ATTITUDE_ERROR_H
+
+
+/* Tilt from gravity, heading from the horizontal field, as a rotation vector in body axes for small errors: loop gain one
+ * on all axes. The rows of c are the navigation axes seen from the body. */
+AHRS_INLINE ahrs_vec3 ahrs_decoupled_error(ahrs_mat3 c, const ahrs_sample *z) {
+    ahrs_vec3 e = {0, 0, 0};
+    if (z->accel_usable) {
+        e = ahrs_vec3_cross(c.row[AHRS_DOWN], ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
+    }
+    if (z->mag_usable) {
+        const ahrs_real x = ahrs_vec3_dot(c.row[AHRS_NORTH], z->mag);
+        const ahrs_real y = ahrs_vec3_dot(c.row[AHRS_EAST], z->mag);
+        const ahrs_real norm2 = x * x + y * y;
+        if (norm2 > 0) { /* y/norm, where quotient and root do not wait for each other */
+            e = ahrs_vec3_sub(e, ahrs_vec3_scale(c.row[AHRS_DOWN], y / norm2 * ahrs_sqrt(norm2)));
+        }
+    }
+    return e;
+}
+
+/* The shortest rotation vector that brings down to where the accelerometer shows it. */
+static inline ahrs_vec3 ahrs_tilt_error(ahrs_vec3 down, ahrs_vec3 force) {
+    const ahrs_vec3 measured = ahrs_vec3_unit(ahrs_vec3_negate(force));
+    const ahrs_vec3 cross = ahrs_vec3_cross(measured, down);
+    const ahrs_real sine = ahrs_vec3_norm(cross);
+    return sine > 0 ? ahrs_vec3_scale(cross, ahrs_atan2(sine, ahrs_vec3_dot(measured, down)) / sine) : cross;
+}
+
+/* The rotation from a predicted attitude to the one that accelerometer and magnetometer show; of what cannot be used,
+ * the prediction is kept. */
+static inline ahrs_vec3 ahrs_attitude_error(ahrs_quat q, const ahrs_sample *z) {
+    if (!z->accel_usable) {
+        return ahrs_decoupled_error(ahrs_quat_to_mat3(q), z);
+    }
+    if (!z->mag_usable) {
+        return ahrs_tilt_error(ahrs_quat_down(q), z->accel);
+    }
+    return ahrs_quat_log(ahrs_quat_mul(ahrs_quat_conj(q), ahrs_attitude_of(z->accel, z->mag)));
+}
+
+/* The attitude that accelerometer and magnetometer show, with the sign of the predicted one. */
+static inline ahrs_quat ahrs_measured_attitude(ahrs_quat q, const ahrs_sample *z) {
+    if (z->accel_usable && z->mag_usable) {
+        return ahrs_quat_near(ahrs_attitude_of(z->accel, z->mag), q);
+    }
+    return ahrs_quat_turn(q, ahrs_attitude_error(q, z));
+}
+
+#endif
+/* First-order complementary filter on the quaternion (docs/algorithms.md section 1). */
+
+static inline void ahrs_complementary_init(ahrs_complementary_state *s, const ahrs_complementary_params *p) {
+    (void)p;
+    ahrs_estimator_init(&s->common);
+}
+
+static inline void ahrs_complementary_update(ahrs_complementary_state *s, const ahrs_complementary_params *p,
+                               const ahrs_complementary_inputs *u, ahrs_real dt) {
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_WAIT || action == AHRS_START) {
+        return;
+    }
+    const ahrs_quat predicted = ahrs_quat_turn(ahrs_quat_of(s->common.q), ahrs_vec3_scale(z.rate, z.dt));
+    const ahrs_vec3 e = ahrs_attitude_error(predicted, &z);
+    const ahrs_quat corrected = ahrs_quat_turn(predicted, ahrs_vec3_scale(e, p->kp * z.gain_dt));
+    ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_refine(corrected));
+}
+
+static inline void ahrs_complementary_outputs(const ahrs_complementary_state *s, const ahrs_complementary_params *p,
+                                ahrs_complementary_outputs_t *y) {
+    ahrs_estimator_outputs(&s->common, &p->common, (ahrs_vec3){0, 0, 0}, &y->common);
+}
+
+/* Generated from models/complementary/complementary.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_complementary_params params;
+    ahrs_complementary_inputs inputs;
+    ahrs_complementary_outputs_t outputs;
+    ahrs_complementary_state state;
+} complementary_instance;
+
+static const fmu_variable complementary_variables[] = {
+    {"gyro", 1, 3, offsetof(complementary_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(complementary_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(complementary_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(complementary_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(complementary_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(complementary_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(complementary_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(complementary_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(complementary_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(complementary_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(complementary_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(complementary_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(complementary_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(complementary_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(complementary_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(complementary_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(complementary_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(complementary_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(complementary_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(complementary_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(complementary_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(complementary_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(complementary_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(complementary_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(complementary_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(complementary_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(complementary_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(complementary_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(complementary_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(complementary_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(complementary_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(complementary_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(complementary_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(complementary_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(complementary_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(complementary_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(complementary_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"kp", 1000, 1, offsetof(complementary_instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
+};
+
+static bool complementary_limit_0(const void *data) {
+    const ahrs_complementary_params *p = &((const complementary_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t complementary_limit_0_vrs[] = {207, 208};
+
+static bool complementary_limit_1(const void *data) {
+    const ahrs_complementary_params *p = &((const complementary_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t complementary_limit_1_vrs[] = {213, 214};
+
+static bool complementary_limit_2(const void *data) {
+    const ahrs_complementary_params *p = &((const complementary_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t complementary_limit_2_vrs[] = {223, 200};
+
+static bool complementary_limit_3(const void *data) {
+    const ahrs_complementary_params *p = &((const complementary_instance *)data)->params;
+    return (p->kp * p->common.sample_time) < 1;
+}
+
+static const uint32_t complementary_limit_3_vrs[] = {1000, 200};
+
+static const fmu_limit complementary_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, complementary_limit_0_vrs, 2, complementary_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, complementary_limit_1_vrs, 2, complementary_limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, complementary_limit_2_vrs, 2, complementary_limit_2},
+    {"kp*sample_time < 1", "the filter would correct more than the whole error in one sample: lower kp or sample_time", false, complementary_limit_3_vrs, 2, complementary_limit_3},
+};
+
+static inline void ahrs_complementary_defaults(ahrs_complementary_params *p, ahrs_complementary_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->kp = AHRS_C(0.58);
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void complementary_defaults(void *data) {
+    complementary_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_complementary_defaults(&i->params, &i->inputs);
+}
+
+static void complementary_init(void *data) {
+    complementary_instance *i = data;
+    ahrs_complementary_init(&i->state, &i->params);
+}
+
+static void complementary_update(void *data, ahrs_real dt) {
+    complementary_instance *i = data;
+    ahrs_complementary_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void complementary_compute_outputs(void *data) {
+    complementary_instance *i = data;
+    ahrs_complementary_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_complementary_model = {
+    "complementary", "Complementary", sizeof(complementary_instance), {offsetof(complementary_instance, params), sizeof(((complementary_instance *)0)->params)}, {offsetof(complementary_instance, inputs), sizeof(((complementary_instance *)0)->inputs)}, {offsetof(complementary_instance, outputs), sizeof(((complementary_instance *)0)->outputs)}, {offsetof(complementary_instance, state), sizeof(((complementary_instance *)0)->state)},
+    offsetof(complementary_instance, params.common.sample_time), 0.01,
+    complementary_variables, sizeof complementary_variables / sizeof complementary_variables[0],
+    complementary_limits, sizeof complementary_limits / sizeof complementary_limits[0],
+    complementary_defaults, complementary_init, complementary_update, complementary_compute_outputs};
+
+/* Generated from models/gcf/gcf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_GCF_H
+#define AHRS_GCF_H
+
+
+/* Generalized complementary filter. Integrates the gyroscope and corrects the attitude by H(s) times the
+ * error between measured and expected directions of gravity and magnetic north. H(s) is of first order (kp),
+ * second order (kp, ki: the gyroscope bias is learned) or third order (kp, ki, kii: a ramp of the bias is
+ * followed too). With the decoupled error the loop gain is one on all axes, so that the crossover frequency
+ * is the one designed.
+ */
+
+/* What the filter stores as its attitude; all give the same attitude away from their singularities */
+enum {
+    AHRS_GCF_REALISATION_QUATERNION = 0, /* a unit quaternion */
+    AHRS_GCF_REALISATION_VECTOR = 1, /* the directions of gravity and magnetic north in body axes */
+    AHRS_GCF_REALISATION_DCM = 2, /* a rotation matrix */
+    AHRS_GCF_REALISATION_EULER = 3, /* roll, pitch, yaw: singular at 90 deg of pitch */
+};
+
+/* What the error is formed from */
+enum {
+    AHRS_GCF_FORM_DIRECT = 0, /* the measured vectors themselves */
+    AHRS_GCF_FORM_ATTITUDE = 1, /* an attitude computed from accelerometer and magnetometer first */
+};
+
+/* How the vector errors are put together */
+enum {
+    AHRS_GCF_ERROR_DECOUPLED = 0, /* tilt from gravity, heading from the horizontal field: loop gain one on all axes */
+    AHRS_GCF_ERROR_COUPLED = 1, /* the sum of both cross products, weighted kg and kh: loop gain depends on the dip */
+};
+
+typedef struct {
+    ahrs_estimator_params common;
+    ahrs_real kp; /* Proportional gain: about the crossover frequency between accelerometer/magnetometer and gyroscope [rad/s] */
+    ahrs_real ki; /* Integral gain: how fast the gyroscope bias is learned; 0 makes the filter first order [rad2/s2] */
+    ahrs_real kii; /* Double integral gain: follows a ramp of the gyroscope bias; 0 leaves the filter second order [rad3/s3] */
+    ahrs_real bias_limit; /* Largest gyroscope bias that is learned, per axis [rad/s] */
+    ahrs_real kg; /* Weight of the gravity error, used when error is coupled [1] */
+    ahrs_real kh; /* Weight of the magnetic field error, used when error is coupled [1] */
+    int32_t realisation; /* What the filter stores as its attitude (enumeration realisation) */
+    int32_t form; /* What the error is formed from (enumeration form) */
+    int32_t error; /* How the vector errors are put together (enumeration error) */
+} ahrs_gcf_params;
+
+typedef ahrs_estimator_inputs ahrs_gcf_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+} ahrs_gcf_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+    ahrs_real bias[3]; /* Gyroscope bias: the integrator of H(s) [rad/s] */
+    ahrs_real drift[3]; /* Rate of change of the bias: the double integrator of H(s) [rad/s2] */
+    ahrs_real store[9]; /* The attitude as the realisation stores it (unused by quaternion) [1] */
+} ahrs_gcf_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_gcf_init(ahrs_gcf_state *s, const ahrs_gcf_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_gcf_update(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_gcf_inputs *u, ahrs_real dt);
+
+static inline void ahrs_gcf_outputs(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_gcf_outputs_t *y);
+
+#endif
+/* Generalized complementary filter (docs/algorithms.md section 5). */
+
+/* An attitude in the form of its realisation: a quaternion (quaternion, euler), or the navigation axes seen from the
+ * body, which are the rows of the rotation matrix (dcm) or the first and the last of them (vector). */
+typedef struct {
+    int32_t realisation;
+    ahrs_quat q;
+    ahrs_mat3 c;
+} gcf_attitude;
+
+/* From one stored row to the next: vector leaves out east. */
+AHRS_INLINE int32_t gcf_row_step(int32_t realisation) { return realisation == AHRS_GCF_REALISATION_VECTOR ? 2 : 1; }
+
+AHRS_INLINE bool gcf_has_axes(int32_t realisation) {
+    return realisation == AHRS_GCF_REALISATION_VECTOR || realisation == AHRS_GCF_REALISATION_DCM;
+}
+
+AHRS_INLINE gcf_attitude gcf_attitude_from(int32_t realisation, ahrs_quat q) {
+    gcf_attitude a = {.realisation = realisation, .q = q};
+    if (gcf_has_axes(realisation)) {
+        a.c = ahrs_quat_to_mat3(q);
+    }
+    return a;
+}
+
+AHRS_INLINE gcf_attitude gcf_load(const ahrs_gcf_state *s, int32_t realisation) {
+    gcf_attitude a = {.realisation = realisation};
+    if (gcf_has_axes(realisation)) {
+        for (int32_t i = AHRS_NORTH; i <= AHRS_DOWN; i += gcf_row_step(realisation)) {
+            a.c.row[i] = ahrs_vec3_of(&s->store[3 * i]);
+        }
+    } else if (realisation == AHRS_GCF_REALISATION_EULER) {
+        a.q = ahrs_quat_from_euler(ahrs_vec3_of(s->store));
+    } else {
+        a.q = ahrs_quat_of(s->common.q);
+    }
+    return a;
+}
+
+AHRS_INLINE void gcf_store(ahrs_gcf_state *s, gcf_attitude a) {
+    if (gcf_has_axes(a.realisation)) {
+        for (int32_t i = AHRS_NORTH; i <= AHRS_DOWN; i += gcf_row_step(a.realisation)) {
+            ahrs_vec3_to(&s->store[3 * i], a.c.row[i]);
+        }
+    } else if (a.realisation == AHRS_GCF_REALISATION_EULER) {
+        ahrs_vec3_to(s->store, ahrs_quat_to_euler(a.q));
+    }
+}
+
+/* The rows of the rotation matrix. */
+AHRS_INLINE ahrs_mat3 gcf_axes_of(gcf_attitude a) {
+    if (!gcf_has_axes(a.realisation)) {
+        return ahrs_quat_to_mat3(a.q);
+    }
+    if (a.realisation == AHRS_GCF_REALISATION_VECTOR) {
+        a.c.row[AHRS_EAST] = ahrs_vec3_cross(a.c.row[AHRS_DOWN], a.c.row[AHRS_NORTH]);
+    }
+    return a.c;
+}
+
+AHRS_INLINE ahrs_quat gcf_quaternion_of(gcf_attitude a) {
+    return gcf_has_axes(a.realisation) ? ahrs_quat_from_mat3(gcf_axes_of(a)) : a.q;
+}
+
+/* Seen from the body, an axis fixed in space turns backwards as the body turns by v: u exp(-[v x]). */
+AHRS_INLINE ahrs_vec3 gcf_turned_back(ahrs_vec3 u, ahrs_vec3 v, ahrs_real sinc, ahrs_real versine) {
+    const ahrs_vec3 first = ahrs_vec3_cross(u, v), second = ahrs_vec3_cross(first, v);
+    return ahrs_vec3_add_scaled(ahrs_vec3_add_scaled(u, sinc, first), versine, second);
+}
+
+/* The attitude after the body has turned by the rotation vector v. */
+AHRS_INLINE gcf_attitude gcf_rotated(gcf_attitude a, ahrs_vec3 v) {
+    if (!gcf_has_axes(a.realisation)) {
+        a.q = ahrs_quat_turn(a.q, v);
+        return a;
+    }
+    ahrs_real c, k;
+    ahrs_half_angle(ahrs_vec3_norm2(v), &c, &k);
+    const ahrs_real sinc = 2 * k * c, versine = 2 * k * k; /* sin n/n and (1 - cos n)/n^2 */
+    a.c.row[AHRS_NORTH] = gcf_turned_back(a.c.row[AHRS_NORTH], v, sinc, versine);
+    if (a.realisation == AHRS_GCF_REALISATION_DCM) {
+        a.c.row[AHRS_EAST] = gcf_turned_back(a.c.row[AHRS_EAST], v, sinc, versine);
+    }
+    a.c.row[AHRS_DOWN] = gcf_turned_back(a.c.row[AHRS_DOWN], v, sinc, versine);
+    return a;
+}
+
+/* One step C := (3 C - C C' C)/2 towards the nearest rotation matrix. */
+static ahrs_mat3 gcf_refined_matrix(ahrs_mat3 c) {
+    ahrs_mat3 gcf_refined;
+    for (int32_t i = AHRS_NORTH; i <= AHRS_DOWN; i++) {
+        const ahrs_vec3 back = ahrs_mat3_apply_transposed(c, ahrs_mat3_apply(c, c.row[i]));
+        gcf_refined.row[i] = ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[i], AHRS_C(1.5)), AHRS_C(-0.5), back);
+    }
+    return gcf_refined;
+}
+
+/* Two vectors of unit length at right angles; down leads, because it is the better known. */
+AHRS_INLINE ahrs_mat3 gcf_refined_vectors(ahrs_mat3 c) {
+    const ahrs_vec3 north = c.row[AHRS_NORTH], down = c.row[AHRS_DOWN];
+    c.row[AHRS_NORTH] = ahrs_vec3_add_scaled(ahrs_vec3_scale(north, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(north)),
+                                        -ahrs_vec3_dot(north, down), down);
+    c.row[AHRS_DOWN] = ahrs_vec3_scale(down, AHRS_C(1.5) - AHRS_C(0.5) * ahrs_vec3_norm2(down));
+    return c;
+}
+
+/* The rounding of rotations taken out, by one Newton step. */
+AHRS_INLINE gcf_attitude gcf_refined(gcf_attitude a) {
+    if (a.realisation == AHRS_GCF_REALISATION_DCM) {
+        a.c = gcf_refined_matrix(a.c);
+    } else if (a.realisation == AHRS_GCF_REALISATION_VECTOR) {
+        a.c = gcf_refined_vectors(a.c);
+    } else {
+        a.q = ahrs_quat_refine(a.q);
+    }
+    return a;
+}
+
+/* Both cross products, measured x expected, weighted: loop gain kg (I - gg') + kh (I - hh'). */
+AHRS_INLINE ahrs_vec3 gcf_coupled_error(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_mat3 c,
+                                    const ahrs_sample *z) {
+    ahrs_vec3 e = {0, 0, 0};
+    if (z->accel_usable) {
+        e = ahrs_vec3_scale(ahrs_vec3_cross(c.row[AHRS_DOWN], ahrs_vec3_unit(z->accel)), p->kg);
+    }
+    const ahrs_vec3 field =
+        ahrs_vec3_add_scaled(ahrs_vec3_scale(c.row[AHRS_NORTH], s->common.field[0]), s->common.field[1], c.row[AHRS_DOWN]);
+    if (z->mag_usable && ahrs_vec3_norm2(field) > 0) {
+        const ahrs_vec3 cross = ahrs_vec3_cross(ahrs_vec3_unit(z->mag), ahrs_vec3_unit(field));
+        e = ahrs_vec3_add_scaled(e, p->kh, cross);
+    }
+    return e;
+}
+
+AHRS_INLINE ahrs_vec3 gcf_error_of(const ahrs_gcf_state *s, const ahrs_gcf_params *p, gcf_attitude a, const ahrs_sample *z) {
+    ahrs_vec3 e;
+    if (p->form == AHRS_GCF_FORM_ATTITUDE) {
+        const gcf_attitude predicted = a; /* copies, so that the direct form may keep its own in registers */
+        const ahrs_sample sample = *z;
+        e = ahrs_attitude_error(gcf_quaternion_of(predicted), &sample);
+    } else if (p->error == AHRS_GCF_ERROR_COUPLED) {
+        e = gcf_coupled_error(s, p, gcf_axes_of(a), z);
+    } else {
+        e = ahrs_decoupled_error(gcf_axes_of(a), z);
+    }
+    return e;
+}
+
+static inline void ahrs_gcf_init(ahrs_gcf_state *s, const ahrs_gcf_params *p) {
+    (void)p;
+    *s = (ahrs_gcf_state){.bias = {0}};
+    ahrs_estimator_init(&s->common);
+}
+
+/* One prediction and one correction; the realisation is a constant wherever this is used. */
+AHRS_INLINE void gcf_step(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_sample *z, int32_t realisation) {
+    const ahrs_real T = z->gain_dt;
+    const ahrs_vec3 bias = ahrs_vec3_of(s->bias);
+    const gcf_attitude predicted = gcf_rotated(gcf_load(s, realisation), ahrs_vec3_scale(ahrs_vec3_sub(z->rate, bias), z->dt));
+    const ahrs_vec3 e = gcf_error_of(s, p, predicted, z);
+    const gcf_attitude corrected = gcf_rotated(gcf_refined(predicted), ahrs_vec3_scale(e, p->kp * T));
+    ahrs_vec3 slope = ahrs_vec3_scale(e, p->ki);
+    if (p->kii != 0) { /* of third order */
+        const ahrs_vec3 drift = ahrs_vec3_add_scaled(ahrs_vec3_of(s->drift), T * p->kii, e);
+        ahrs_vec3_to(s->drift, drift);
+        slope = ahrs_vec3_add(slope, drift);
+    }
+    ahrs_vec3_to(s->bias, ahrs_vec3_limited(ahrs_vec3_add_scaled(bias, -T, slope), p->bias_limit));
+    gcf_store(s, corrected);
+    ahrs_estimator_end(&s->common, &p->common, z, gcf_quaternion_of(corrected));
+}
+
+static inline void ahrs_gcf_update(ahrs_gcf_state *s, const ahrs_gcf_params *p, const ahrs_gcf_inputs *u, ahrs_real dt) {
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_START) {
+        ahrs_vec3_to(s->bias, (ahrs_vec3){0, 0, 0});
+        ahrs_vec3_to(s->drift, (ahrs_vec3){0, 0, 0});
+    }
+    if (action == AHRS_START || action == AHRS_TURN) {
+        gcf_store(s, gcf_attitude_from(p->realisation, ahrs_quat_of(s->common.q)));
+    }
+    if (action == AHRS_START || action == AHRS_WAIT) {
+        return;
+    }
+    switch (p->realisation) {
+    case AHRS_GCF_REALISATION_VECTOR:
+        gcf_step(s, p, &z, AHRS_GCF_REALISATION_VECTOR);
+        break;
+    case AHRS_GCF_REALISATION_DCM:
+        gcf_step(s, p, &z, AHRS_GCF_REALISATION_DCM);
+        break;
+    case AHRS_GCF_REALISATION_EULER:
+        gcf_step(s, p, &z, AHRS_GCF_REALISATION_EULER);
+        break;
+    default:
+        gcf_step(s, p, &z, AHRS_GCF_REALISATION_QUATERNION);
+    }
+}
+
+static inline void ahrs_gcf_outputs(const ahrs_gcf_state *s, const ahrs_gcf_params *p, ahrs_gcf_outputs_t *y) {
+    ahrs_estimator_outputs(&s->common, &p->common, ahrs_vec3_of(s->bias), &y->common);
+}
+
 /* Generated from models/gcf/gcf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
 
 #include <string.h>
@@ -1294,6 +2963,12 @@ static const fmu_variable gcf_variables[] = {
     {"accel_gating", 215, 1, offsetof(gcf_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
     {"accel_gate", 216, 1, offsetof(gcf_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
     {"accel_gate_time", 217, 1, offsetof(gcf_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(gcf_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(gcf_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(gcf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(gcf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(gcf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(gcf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"kp", 1000, 1, offsetof(gcf_instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
     {"ki", 1001, 1, offsetof(gcf_instance, params.ki), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000.0},
     {"kii", 1002, 1, offsetof(gcf_instance, params.kii), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000000.0},
@@ -1321,55 +2996,63 @@ static const uint32_t gcf_limit_1_vrs[] = {213, 214};
 
 static bool gcf_limit_2(const void *data) {
     const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t gcf_limit_2_vrs[] = {223, 200};
+
+static bool gcf_limit_3(const void *data) {
+    const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
     return (p->kp * p->common.sample_time) < 1;
 }
 
-static const uint32_t gcf_limit_2_vrs[] = {1000, 200};
+static const uint32_t gcf_limit_3_vrs[] = {1000, 200};
 
-static bool gcf_limit_3(const void *data) {
+static bool gcf_limit_4(const void *data) {
     const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
     return (p->error == AHRS_GCF_ERROR_DECOUPLED) || (((p->kp * (p->kg + p->kh)) * p->common.sample_time) < 1);
 }
 
-static const uint32_t gcf_limit_3_vrs[] = {1012, 200, 1000, 1013, 1014};
+static const uint32_t gcf_limit_4_vrs[] = {1012, 200, 1000, 1013, 1014};
 
-static bool gcf_limit_4(const void *data) {
+static bool gcf_limit_5(const void *data) {
     const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
     return ((p->ki * p->common.sample_time) * p->common.sample_time) < (4 - ((2 * p->kp) * p->common.sample_time));
 }
 
-static const uint32_t gcf_limit_4_vrs[] = {200, 1001, 1000};
+static const uint32_t gcf_limit_5_vrs[] = {200, 1001, 1000};
 
-static bool gcf_limit_5(const void *data) {
+static bool gcf_limit_6(const void *data) {
     const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
     return (p->kii == 0) || ((p->kp * p->ki) > p->kii);
 }
 
-static const uint32_t gcf_limit_5_vrs[] = {1002, 1000, 1001};
+static const uint32_t gcf_limit_6_vrs[] = {1002, 1000, 1001};
 
-static bool gcf_limit_6(const void *data) {
+static bool gcf_limit_7(const void *data) {
     const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
     return (p->realisation != AHRS_GCF_REALISATION_VECTOR) || (p->form == AHRS_GCF_FORM_DIRECT);
 }
 
-static const uint32_t gcf_limit_6_vrs[] = {1010, 1011};
+static const uint32_t gcf_limit_7_vrs[] = {1010, 1011};
 
-static bool gcf_limit_7(const void *data) {
+static bool gcf_limit_8(const void *data) {
     const ahrs_gcf_params *p = &((const gcf_instance *)data)->params;
     return (p->error == AHRS_GCF_ERROR_DECOUPLED) || (p->form == AHRS_GCF_FORM_DIRECT);
 }
 
-static const uint32_t gcf_limit_7_vrs[] = {1012, 1011};
+static const uint32_t gcf_limit_8_vrs[] = {1012, 1011};
 
 static const fmu_limit gcf_limits[] = {
     {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, gcf_limit_0_vrs, 2, gcf_limit_0},
     {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, gcf_limit_1_vrs, 2, gcf_limit_1},
-    {"kp*sample_time < 1", "the filter would correct more than the whole error in one sample: lower kp or sample_time", false, gcf_limit_2_vrs, 2, gcf_limit_2},
-    {"error == decoupled or kp*(kg + kh)*sample_time < 1", "the coupled error raises the loop gain to kg + kh: lower kp, kg, kh or sample_time", false, gcf_limit_3_vrs, 5, gcf_limit_3},
-    {"ki*sample_time*sample_time < 4 - 2*kp*sample_time", "the sampled loop is unstable: lower ki or sample_time", false, gcf_limit_4_vrs, 3, gcf_limit_4},
-    {"kii == 0 or kp*ki > kii", "the third-order loop is unstable: lower kii, or raise kp or ki", false, gcf_limit_5_vrs, 3, gcf_limit_5},
-    {"realisation != vector or form == direct", "realisation vector stores the measured directions and knows form direct only", false, gcf_limit_6_vrs, 2, gcf_limit_6},
-    {"error == decoupled or form == direct", "form attitude has unit loop gain by construction: error coupled goes with form direct", false, gcf_limit_7_vrs, 2, gcf_limit_7},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, gcf_limit_2_vrs, 2, gcf_limit_2},
+    {"kp*sample_time < 1", "the filter would correct more than the whole error in one sample: lower kp or sample_time", false, gcf_limit_3_vrs, 2, gcf_limit_3},
+    {"error == decoupled or kp*(kg + kh)*sample_time < 1", "the coupled error raises the loop gain to kg + kh: lower kp, kg, kh or sample_time", false, gcf_limit_4_vrs, 5, gcf_limit_4},
+    {"ki*sample_time*sample_time < 4 - 2*kp*sample_time", "the sampled loop is unstable: lower ki or sample_time", false, gcf_limit_5_vrs, 3, gcf_limit_5},
+    {"kii == 0 or kp*ki > kii", "the third-order loop is unstable: lower kii, or raise kp or ki", false, gcf_limit_6_vrs, 3, gcf_limit_6},
+    {"realisation != vector or form == direct", "realisation vector stores the measured directions and knows form direct only", false, gcf_limit_7_vrs, 2, gcf_limit_7},
+    {"error == decoupled or form == direct", "form attitude has unit loop gain by construction: error coupled goes with form direct", false, gcf_limit_8_vrs, 2, gcf_limit_8},
 };
 
 static inline void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
@@ -1393,6 +3076,16 @@ static inline void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
     p->common.accel_gating = 0;
     p->common.accel_gate = AHRS_C(1.0);
     p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
     p->kp = AHRS_C(0.5);
     p->ki = AHRS_C(0.1);
     p->kii = AHRS_C(0.0);
@@ -1442,6 +3135,323 @@ static const fmu_model ahrs_gcf_model = {
     gcf_variables, sizeof gcf_variables / sizeof gcf_variables[0],
     gcf_limits, sizeof gcf_limits / sizeof gcf_limits[0],
     gcf_defaults, gcf_init, gcf_update, gcf_compute_outputs};
+
+/* Generated from models/improved_ekf/improved_ekf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_IMPROVED_EKF_H
+#define AHRS_IMPROVED_EKF_H
+
+
+/* Extended Kalman filter on the quaternion, measured by accelerometer and magnetometer. The state is the
+ * quaternion. The gyroscope predicts it, and the attitude that accelerometer and magnetometer show together
+ * measures it; that measurement counts less while the specific force is not that of gravity. It learns no
+ * gyroscope bias. In the steady state it is a first-order complementary filter whose crossover frequency is
+ * gyro_noise/attitude_noise.
+ */
+
+typedef struct {
+    ahrs_estimator_params common;
+    ahrs_real gyro_noise; /* White noise of the gyroscope, rad/s/sqrt(Hz) */
+    ahrs_real attitude_noise; /* White noise of the attitude from accelerometer and magnetometer at rest, rad/sqrt(Hz) */
+    ahrs_real accel_distrust; /* Relative growth of the variance of that attitude with the deviation of the specific force from gravity [s2/m] */
+    ahrs_real motion_noise; /* Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation */
+    ahrs_real initial_attitude_std; /* Standard deviation of the first attitude [rad] */
+} ahrs_improved_ekf_params;
+
+typedef ahrs_estimator_inputs ahrs_improved_ekf_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+    ahrs_real attitude_std[3]; /* Standard deviation of the attitude error about the body axes, as the filter believes it [rad] */
+    int32_t covariance_reset; /* The covariance was reset at the last sample */
+} ahrs_improved_ekf_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+    ahrs_real covariance[10]; /* Covariance of the quaternion: lower triangle, row by row [1] */
+} ahrs_improved_ekf_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_improved_ekf_defaults(ahrs_improved_ekf_params *p, ahrs_improved_ekf_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_improved_ekf_init(ahrs_improved_ekf_state *s, const ahrs_improved_ekf_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_improved_ekf_update(ahrs_improved_ekf_state *s, const ahrs_improved_ekf_params *p, const ahrs_improved_ekf_inputs *u, ahrs_real dt);
+
+static inline void ahrs_improved_ekf_outputs(const ahrs_improved_ekf_state *s, const ahrs_improved_ekf_params *p, ahrs_improved_ekf_outputs_t *y);
+
+#endif
+/* Extended Kalman filter with the quaternion as state and a measured quaternion (docs/algorithms.md section 2). */
+#ifndef AHRS_QUATERNION_EKF_H
+#define AHRS_QUATERNION_EKF_H
+
+
+typedef struct {
+    ahrs_real gyro_noise, attitude_noise, accel_distrust, motion_noise, initial_attitude_std;
+} ahrs_quaternion_ekf;
+
+static inline void ahrs_quaternion_ekf_start(const ahrs_quaternion_ekf *k, ahrs_real covariance[AHRS_TRIANGLE(4)]) {
+    ahrs_quat_covariance_set(covariance, AHRS_C(0.25) * k->initial_attitude_std * k->initial_attitude_std);
+}
+
+/* The attitude after the rate, not of unit length. */
+static inline ahrs_quat ahrs_quaternion_ekf_predict(const ahrs_quaternion_ekf *k, const ahrs_estimator_state *s,
+                                                    ahrs_real covariance[AHRS_TRIANGLE(4)], ahrs_vec3 rate,
+                                                    const ahrs_sample *z) {
+    const ahrs_quat q = ahrs_quat_of(s->q);
+    const ahrs_quat turn = ahrs_increment_first(ahrs_vec3_scale(rate, z->dt));
+    ahrs_quat_covariance_turn(covariance, turn);
+    ahrs_quat_covariance_spread(covariance, q, AHRS_C(0.25) * ahrs_turn_variance(s, z, k->gyro_noise));
+    return ahrs_quat_mul(q, turn);
+}
+
+/* Variance of an element of the measured quaternion: more as the specific force is less like gravity. */
+static inline ahrs_real ahrs_quaternion_ekf_variance(const ahrs_quaternion_ekf *k, const ahrs_estimator_params *p,
+                                                     const ahrs_sample *z) {
+    const ahrs_real excess = ahrs_abs(ahrs_vec3_norm(z->force) - p->gravity);
+    const ahrs_real moved = ahrs_motion_variance(p, z, k->motion_noise) / (p->gravity * p->gravity);
+    return AHRS_C(0.25) * (ahrs_sample_variance(p, k->attitude_noise) * (1 + k->accel_distrust * excess) + moved);
+}
+
+/* With the measurement noise r I, K = P (P + r I)^-1 is symmetric and the covariance after the correction is r K.
+ * False where the covariance has no meaning left; it is then the one to begin with. */
+static inline bool ahrs_quaternion_ekf_correct(const ahrs_quaternion_ekf *k, ahrs_real covariance[AHRS_TRIANGLE(4)],
+                                               ahrs_quat *q, ahrs_quat measured, ahrs_real r) {
+    ahrs_real sum[AHRS_TRIANGLE(4)], gain[4][4], e[4];
+    for (int32_t i = 0; i < AHRS_TRIANGLE(4); i++) {
+        sum[i] = covariance[i];
+    }
+    ahrs_add_diagonal(4, sum, r);
+    if (!ahrs_cholesky(4, sum, sum)) {
+        ahrs_quaternion_ekf_start(k, covariance);
+        return false;
+    }
+    for (int32_t i = 0; i < 4; i++) {
+        for (int32_t j = 0; j < 4; j++) {
+            gain[i][j] = ahrs_of(covariance, i, j);
+        }
+        ahrs_solve_lower(4, sum, gain[i]);
+        ahrs_solve_upper(4, sum, gain[i]);
+    }
+    const ahrs_quat v = ahrs_quat_sub(ahrs_quat_near(measured, *q), *q);
+    for (int32_t i = 0; i < 4; i++) {
+        e[i] = ahrs_quat_dot(ahrs_quat_of(gain[i]), v);
+        for (int32_t j = 0; j <= i; j++) {
+            *ahrs_at(covariance, i, j) = AHRS_C(0.5) * r * (gain[i][j] + gain[j][i]);
+        }
+    }
+    *q = ahrs_quat_add(*q, ahrs_quat_of(e));
+    if (!ahrs_quat_covariance_keep(covariance)) {
+        ahrs_quaternion_ekf_start(k, covariance);
+        return false;
+    }
+    return true;
+}
+
+#endif
+/* Extended Kalman filter on the quaternion, measured by accelerometer and magnetometer (docs/algorithms.md section 1). */
+
+static ahrs_quaternion_ekf improved_ekf_settings(const ahrs_improved_ekf_params *p) {
+    return (ahrs_quaternion_ekf){p->gyro_noise, p->attitude_noise, p->accel_distrust, p->motion_noise,
+                                 p->initial_attitude_std};
+}
+
+static inline void ahrs_improved_ekf_init(ahrs_improved_ekf_state *s, const ahrs_improved_ekf_params *p) {
+    const ahrs_quaternion_ekf k = improved_ekf_settings(p);
+    ahrs_estimator_init(&s->common);
+    ahrs_quaternion_ekf_start(&k, s->covariance);
+}
+
+static inline void ahrs_improved_ekf_update(ahrs_improved_ekf_state *s, const ahrs_improved_ekf_params *p,
+                              const ahrs_improved_ekf_inputs *u, ahrs_real dt) {
+    const ahrs_quaternion_ekf k = improved_ekf_settings(p);
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_START) {
+        ahrs_quaternion_ekf_start(&k, s->covariance);
+    }
+    if (action == AHRS_WAIT || action == AHRS_START) {
+        return;
+    }
+    ahrs_quat q = ahrs_quaternion_ekf_predict(&k, &s->common, s->covariance, z.rate, &z);
+    if (z.gain_dt > 0 && (z.accel_usable || z.mag_usable)) {
+        const ahrs_quat measured = ahrs_measured_attitude(ahrs_quat_unit(q), &z);
+        const ahrs_real r = ahrs_quaternion_ekf_variance(&k, &p->common, &z);
+        const bool kept = ahrs_quaternion_ekf_correct(&k, s->covariance, &q, measured, r);
+        ahrs_set_condition(&s->common, AHRS_COVARIANCE_RESET, !kept);
+    }
+    ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_unit(q));
+}
+
+static inline void ahrs_improved_ekf_outputs(const ahrs_improved_ekf_state *s, const ahrs_improved_ekf_params *p,
+                               ahrs_improved_ekf_outputs_t *y) {
+    ahrs_estimator_outputs(&s->common, &p->common, (ahrs_vec3){0, 0, 0}, &y->common);
+    ahrs_vec3_to(y->attitude_std, ahrs_quat_covariance_std(s->covariance, ahrs_quat_of(s->common.q)));
+    y->covariance_reset = ahrs_condition(&s->common, AHRS_COVARIANCE_RESET);
+}
+
+/* Generated from models/improved_ekf/improved_ekf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_improved_ekf_params params;
+    ahrs_improved_ekf_inputs inputs;
+    ahrs_improved_ekf_outputs_t outputs;
+    ahrs_improved_ekf_state state;
+} improved_ekf_instance;
+
+static const fmu_variable improved_ekf_variables[] = {
+    {"gyro", 1, 3, offsetof(improved_ekf_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(improved_ekf_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(improved_ekf_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(improved_ekf_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(improved_ekf_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(improved_ekf_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(improved_ekf_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(improved_ekf_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(improved_ekf_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(improved_ekf_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(improved_ekf_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(improved_ekf_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"attitude_std", 116, 3, offsetof(improved_ekf_instance, outputs.attitude_std), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(improved_ekf_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(improved_ekf_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(improved_ekf_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(improved_ekf_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"covariance_reset", 123, 1, offsetof(improved_ekf_instance, outputs.covariance_reset), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(improved_ekf_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(improved_ekf_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(improved_ekf_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(improved_ekf_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(improved_ekf_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(improved_ekf_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(improved_ekf_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(improved_ekf_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(improved_ekf_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(improved_ekf_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(improved_ekf_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(improved_ekf_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(improved_ekf_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(improved_ekf_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(improved_ekf_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(improved_ekf_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(improved_ekf_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(improved_ekf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(improved_ekf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(improved_ekf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(improved_ekf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"gyro_noise", 1040, 1, offsetof(improved_ekf_instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
+    {"attitude_noise", 1045, 1, offsetof(improved_ekf_instance, params.attitude_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
+    {"motion_noise", 1047, 1, offsetof(improved_ekf_instance, params.motion_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
+    {"initial_attitude_std", 1048, 1, offsetof(improved_ekf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 10.0},
+    {"accel_distrust", 1050, 1, offsetof(improved_ekf_instance, params.accel_distrust), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+};
+
+static bool improved_ekf_limit_0(const void *data) {
+    const ahrs_improved_ekf_params *p = &((const improved_ekf_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t improved_ekf_limit_0_vrs[] = {207, 208};
+
+static bool improved_ekf_limit_1(const void *data) {
+    const ahrs_improved_ekf_params *p = &((const improved_ekf_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t improved_ekf_limit_1_vrs[] = {213, 214};
+
+static bool improved_ekf_limit_2(const void *data) {
+    const ahrs_improved_ekf_params *p = &((const improved_ekf_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t improved_ekf_limit_2_vrs[] = {223, 200};
+
+static const fmu_limit improved_ekf_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, improved_ekf_limit_0_vrs, 2, improved_ekf_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, improved_ekf_limit_1_vrs, 2, improved_ekf_limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, improved_ekf_limit_2_vrs, 2, improved_ekf_limit_2},
+};
+
+static inline void ahrs_improved_ekf_defaults(ahrs_improved_ekf_params *p, ahrs_improved_ekf_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->gyro_noise = AHRS_C(0.01);
+    p->attitude_noise = AHRS_C(0.002);
+    p->accel_distrust = AHRS_C(1.0);
+    p->motion_noise = AHRS_C(0.5);
+    p->initial_attitude_std = AHRS_C(2.0);
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void improved_ekf_defaults(void *data) {
+    improved_ekf_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_improved_ekf_defaults(&i->params, &i->inputs);
+}
+
+static void improved_ekf_init(void *data) {
+    improved_ekf_instance *i = data;
+    ahrs_improved_ekf_init(&i->state, &i->params);
+}
+
+static void improved_ekf_update(void *data, ahrs_real dt) {
+    improved_ekf_instance *i = data;
+    ahrs_improved_ekf_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void improved_ekf_compute_outputs(void *data) {
+    improved_ekf_instance *i = data;
+    ahrs_improved_ekf_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_improved_ekf_model = {
+    "improved_ekf", "ImprovedEKF", sizeof(improved_ekf_instance), {offsetof(improved_ekf_instance, params), sizeof(((improved_ekf_instance *)0)->params)}, {offsetof(improved_ekf_instance, inputs), sizeof(((improved_ekf_instance *)0)->inputs)}, {offsetof(improved_ekf_instance, outputs), sizeof(((improved_ekf_instance *)0)->outputs)}, {offsetof(improved_ekf_instance, state), sizeof(((improved_ekf_instance *)0)->state)},
+    offsetof(improved_ekf_instance, params.common.sample_time), 0.01,
+    improved_ekf_variables, sizeof improved_ekf_variables / sizeof improved_ekf_variables[0],
+    improved_ekf_limits, sizeof improved_ekf_limits / sizeof improved_ekf_limits[0],
+    improved_ekf_defaults, improved_ekf_init, improved_ekf_update, improved_ekf_compute_outputs};
 
 /* Generated from models/kcf/kcf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
 #ifndef AHRS_KCF_H
@@ -2591,6 +4601,12 @@ static const fmu_variable kcf_variables[] = {
     {"accel_gating", 215, 1, offsetof(kcf_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
     {"accel_gate", 216, 1, offsetof(kcf_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
     {"accel_gate_time", 217, 1, offsetof(kcf_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(kcf_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(kcf_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(kcf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(kcf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(kcf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(kcf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"hard_iron", 300, 3, offsetof(kcf_instance, outputs.hard_iron), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
     {"gyro_scale", 303, 9, offsetof(kcf_instance, outputs.gyro_scale), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
     {"mag_latency", 312, 1, offsetof(kcf_instance, outputs.mag_latency), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
@@ -2648,9 +4664,17 @@ static bool kcf_limit_1(const void *data) {
 
 static const uint32_t kcf_limit_1_vrs[] = {213, 214};
 
+static bool kcf_limit_2(const void *data) {
+    const ahrs_kcf_params *p = &((const kcf_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t kcf_limit_2_vrs[] = {223, 200};
+
 static const fmu_limit kcf_limits[] = {
     {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, kcf_limit_0_vrs, 2, kcf_limit_0},
     {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, kcf_limit_1_vrs, 2, kcf_limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, kcf_limit_2_vrs, 2, kcf_limit_2},
 };
 
 static inline void ahrs_kcf_defaults(ahrs_kcf_params *p, ahrs_kcf_inputs *u) {
@@ -2674,6 +4698,16 @@ static inline void ahrs_kcf_defaults(ahrs_kcf_params *p, ahrs_kcf_inputs *u) {
     p->common.accel_gating = 0;
     p->common.accel_gate = AHRS_C(1.0);
     p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
     p->profile = 0;
     p->accel_time_constant = AHRS_C(3.5);
     p->use_mag = 1;
@@ -2746,9 +4780,1715 @@ static const fmu_model ahrs_kcf_model = {
     kcf_limits, sizeof kcf_limits / sizeof kcf_limits[0],
     kcf_defaults, kcf_init, kcf_update, kcf_compute_outputs};
 
+/* Generated from models/mahony/mahony.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_MAHONY_H
+#define AHRS_MAHONY_H
+
+
+/* Mahony's complementary filter with decoupled heading. Integrates the gyroscope together with a
+ * proportional-integral correction from the directions of gravity and of the horizontal field. The
+ * magnetometer corrects heading only, and the loop gain is one on all axes.
+ */
+
+typedef struct {
+    ahrs_estimator_params common;
+    ahrs_real kp; /* Proportional gain: about the crossover frequency between accelerometer/magnetometer and gyroscope [rad/s] */
+    ahrs_real ki; /* Integral gain: how fast the gyroscope bias is learned; 0 switches that off [rad2/s2] */
+    ahrs_real bias_limit; /* Largest gyroscope bias that is learned, per axis [rad/s] */
+} ahrs_mahony_params;
+
+typedef ahrs_estimator_inputs ahrs_mahony_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+} ahrs_mahony_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+    ahrs_real bias[3]; /* Gyroscope bias [rad/s] */
+} ahrs_mahony_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_mahony_defaults(ahrs_mahony_params *p, ahrs_mahony_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_mahony_init(ahrs_mahony_state *s, const ahrs_mahony_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_mahony_update(ahrs_mahony_state *s, const ahrs_mahony_params *p, const ahrs_mahony_inputs *u, ahrs_real dt);
+
+static inline void ahrs_mahony_outputs(const ahrs_mahony_state *s, const ahrs_mahony_params *p, ahrs_mahony_outputs_t *y);
+
+#endif
+/* One sample of Mahony's filter with decoupled heading (docs/algorithms.md section 2). */
+#ifndef AHRS_MAHONY_STEP_H
+#define AHRS_MAHONY_STEP_H
+
+
+typedef struct {
+    ahrs_real kp, ki, bias_limit;
+} ahrs_mahony_gains;
+
+/* The error is that of the predicted attitude; rate, bias and correction then turn the attitude together. */
+static inline ahrs_quat ahrs_mahony_step(ahrs_quat q, ahrs_real bias[3], ahrs_mahony_gains k, const ahrs_sample *z) {
+    const ahrs_vec3 before = ahrs_vec3_of(bias);
+    const ahrs_vec3 turn = ahrs_vec3_scale(ahrs_vec3_sub(z->rate, before), z->dt);
+    const ahrs_vec3 e = ahrs_decoupled_error(ahrs_quat_to_mat3(ahrs_quat_turn(q, turn)), z);
+    const ahrs_vec3 after = ahrs_vec3_limited(ahrs_vec3_add_scaled(before, -k.ki * z->gain_dt, e), k.bias_limit);
+    const ahrs_vec3 rate = ahrs_vec3_scale(ahrs_vec3_sub(z->rate, after), z->dt);
+    const ahrs_quat corrected = ahrs_quat_turn(q, ahrs_vec3_add_scaled(rate, k.kp * z->gain_dt, e));
+    ahrs_vec3_to(bias, after);
+    return ahrs_quat_refine(corrected);
+}
+
+#endif
+/* Mahony's complementary filter with decoupled heading (docs/algorithms.md section 2). */
+
+static inline void ahrs_mahony_init(ahrs_mahony_state *s, const ahrs_mahony_params *p) {
+    (void)p;
+    *s = (ahrs_mahony_state){.bias = {0}};
+    ahrs_estimator_init(&s->common);
+}
+
+static inline void ahrs_mahony_update(ahrs_mahony_state *s, const ahrs_mahony_params *p, const ahrs_mahony_inputs *u, ahrs_real dt) {
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_START) {
+        ahrs_vec3_to(s->bias, (ahrs_vec3){0, 0, 0});
+    }
+    if (action == AHRS_WAIT || action == AHRS_START) {
+        return;
+    }
+    const ahrs_mahony_gains gains = {p->kp, p->ki, p->bias_limit};
+    const ahrs_quat q = ahrs_mahony_step(ahrs_quat_of(s->common.q), s->bias, gains, &z);
+    ahrs_estimator_end(&s->common, &p->common, &z, q);
+}
+
+static inline void ahrs_mahony_outputs(const ahrs_mahony_state *s, const ahrs_mahony_params *p, ahrs_mahony_outputs_t *y) {
+    ahrs_estimator_outputs(&s->common, &p->common, ahrs_vec3_of(s->bias), &y->common);
+}
+
+/* Generated from models/mahony/mahony.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_mahony_params params;
+    ahrs_mahony_inputs inputs;
+    ahrs_mahony_outputs_t outputs;
+    ahrs_mahony_state state;
+} mahony_instance;
+
+static const fmu_variable mahony_variables[] = {
+    {"gyro", 1, 3, offsetof(mahony_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(mahony_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(mahony_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(mahony_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(mahony_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(mahony_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(mahony_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(mahony_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(mahony_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(mahony_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(mahony_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(mahony_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(mahony_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(mahony_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(mahony_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(mahony_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(mahony_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(mahony_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(mahony_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(mahony_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(mahony_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(mahony_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(mahony_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(mahony_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(mahony_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(mahony_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(mahony_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(mahony_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(mahony_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(mahony_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(mahony_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(mahony_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(mahony_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(mahony_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(mahony_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(mahony_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(mahony_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"kp", 1000, 1, offsetof(mahony_instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
+    {"ki", 1001, 1, offsetof(mahony_instance, params.ki), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000.0},
+    {"bias_limit", 1003, 1, offsetof(mahony_instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+};
+
+static bool mahony_limit_0(const void *data) {
+    const ahrs_mahony_params *p = &((const mahony_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t mahony_limit_0_vrs[] = {207, 208};
+
+static bool mahony_limit_1(const void *data) {
+    const ahrs_mahony_params *p = &((const mahony_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t mahony_limit_1_vrs[] = {213, 214};
+
+static bool mahony_limit_2(const void *data) {
+    const ahrs_mahony_params *p = &((const mahony_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t mahony_limit_2_vrs[] = {223, 200};
+
+static bool mahony_limit_3(const void *data) {
+    const ahrs_mahony_params *p = &((const mahony_instance *)data)->params;
+    return (p->kp * p->common.sample_time) < 1;
+}
+
+static const uint32_t mahony_limit_3_vrs[] = {1000, 200};
+
+static bool mahony_limit_4(const void *data) {
+    const ahrs_mahony_params *p = &((const mahony_instance *)data)->params;
+    return ((p->ki * p->common.sample_time) * p->common.sample_time) < (4 - ((2 * p->kp) * p->common.sample_time));
+}
+
+static const uint32_t mahony_limit_4_vrs[] = {200, 1001, 1000};
+
+static bool mahony_limit_5(const void *data) {
+    const ahrs_mahony_params *p = &((const mahony_instance *)data)->params;
+    return (2 * p->ki) <= (p->kp * p->kp);
+}
+
+static const uint32_t mahony_limit_5_vrs[] = {1001, 1000};
+
+static const fmu_limit mahony_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, mahony_limit_0_vrs, 2, mahony_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, mahony_limit_1_vrs, 2, mahony_limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, mahony_limit_2_vrs, 2, mahony_limit_2},
+    {"kp*sample_time < 1", "the filter would correct more than the whole error in one sample: lower kp or sample_time", false, mahony_limit_3_vrs, 2, mahony_limit_3},
+    {"ki*sample_time*sample_time < 4 - 2*kp*sample_time", "the sampled loop is unstable: lower ki or sample_time", false, mahony_limit_4_vrs, 3, mahony_limit_4},
+    {"2*ki <= kp*kp", "the loop overshoots, its damping is below 0.7: lower ki or raise kp", true, mahony_limit_5_vrs, 2, mahony_limit_5},
+};
+
+static inline void ahrs_mahony_defaults(ahrs_mahony_params *p, ahrs_mahony_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->kp = AHRS_C(1.0);
+    p->ki = AHRS_C(0.1);
+    p->bias_limit = AHRS_C(0.2);
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void mahony_defaults(void *data) {
+    mahony_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_mahony_defaults(&i->params, &i->inputs);
+}
+
+static void mahony_init(void *data) {
+    mahony_instance *i = data;
+    ahrs_mahony_init(&i->state, &i->params);
+}
+
+static void mahony_update(void *data, ahrs_real dt) {
+    mahony_instance *i = data;
+    ahrs_mahony_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void mahony_compute_outputs(void *data) {
+    mahony_instance *i = data;
+    ahrs_mahony_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_mahony_model = {
+    "mahony", "Mahony", sizeof(mahony_instance), {offsetof(mahony_instance, params), sizeof(((mahony_instance *)0)->params)}, {offsetof(mahony_instance, inputs), sizeof(((mahony_instance *)0)->inputs)}, {offsetof(mahony_instance, outputs), sizeof(((mahony_instance *)0)->outputs)}, {offsetof(mahony_instance, state), sizeof(((mahony_instance *)0)->state)},
+    offsetof(mahony_instance, params.common.sample_time), 0.01,
+    mahony_variables, sizeof mahony_variables / sizeof mahony_variables[0],
+    mahony_limits, sizeof mahony_limits / sizeof mahony_limits[0],
+    mahony_defaults, mahony_init, mahony_update, mahony_compute_outputs};
+
+/* Generated from models/mahony_ekf/mahony_ekf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_MAHONY_EKF_H
+#define AHRS_MAHONY_EKF_H
+
+
+/* Mahony's filter, smoothed by an extended Kalman filter. Mahony's filter runs by itself, and its quaternion
+ * is the measurement of an extended Kalman filter on the quaternion. That filter adds a fast low-pass, whose
+ * corner is gyro_noise/attitude_noise; the accuracy is Mahony's. The covariance is what the filter believes:
+ * it does not know that its measurement comes from the same gyroscope.
+ */
+
+typedef struct {
+    ahrs_estimator_params common;
+    ahrs_real kp; /* Proportional gain: about the crossover frequency between accelerometer/magnetometer and gyroscope [rad/s] */
+    ahrs_real ki; /* Integral gain: how fast the gyroscope bias is learned; 0 switches that off [rad2/s2] */
+    ahrs_real bias_limit; /* Largest gyroscope bias that is learned, per axis [rad/s] */
+    ahrs_real gyro_noise; /* White noise of the gyroscope, rad/s/sqrt(Hz) */
+    ahrs_real attitude_noise; /* White noise of the attitude from the Mahony filter at rest, rad/sqrt(Hz) */
+    ahrs_real accel_distrust; /* Relative growth of the variance of that attitude with the deviation of the specific force from gravity [s2/m] */
+    ahrs_real motion_noise; /* Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation */
+    ahrs_real initial_attitude_std; /* Standard deviation of the first attitude [rad] */
+    int32_t bias_feed; /* Predict with the rate without Mahony's bias; false is the printed form, which lets a bias error back in */
+} ahrs_mahony_ekf_params;
+
+typedef ahrs_estimator_inputs ahrs_mahony_ekf_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+    ahrs_real attitude_std[3]; /* Standard deviation of the attitude error about the body axes, as the filter believes it [rad] */
+    int32_t covariance_reset; /* The covariance was reset at the last sample */
+} ahrs_mahony_ekf_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+    ahrs_real covariance[10]; /* Covariance of the quaternion: lower triangle, row by row [1] */
+    ahrs_real mahony[4]; /* Attitude of the Mahony filter [1] */
+    ahrs_real bias[3]; /* Gyroscope bias of the Mahony filter [rad/s] */
+} ahrs_mahony_ekf_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_mahony_ekf_defaults(ahrs_mahony_ekf_params *p, ahrs_mahony_ekf_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_mahony_ekf_init(ahrs_mahony_ekf_state *s, const ahrs_mahony_ekf_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_mahony_ekf_update(ahrs_mahony_ekf_state *s, const ahrs_mahony_ekf_params *p, const ahrs_mahony_ekf_inputs *u, ahrs_real dt);
+
+static inline void ahrs_mahony_ekf_outputs(const ahrs_mahony_ekf_state *s, const ahrs_mahony_ekf_params *p, ahrs_mahony_ekf_outputs_t *y);
+
+#endif
+/* Mahony's filter, smoothed by an extended Kalman filter (docs/algorithms.md section 2). */
+
+static ahrs_quaternion_ekf mahony_ekf_settings(const ahrs_mahony_ekf_params *p) {
+    return (ahrs_quaternion_ekf){p->gyro_noise, p->attitude_noise, p->accel_distrust, p->motion_noise,
+                                 p->initial_attitude_std};
+}
+
+static inline void ahrs_mahony_ekf_init(ahrs_mahony_ekf_state *s, const ahrs_mahony_ekf_params *p) {
+    const ahrs_quaternion_ekf k = mahony_ekf_settings(p);
+    *s = (ahrs_mahony_ekf_state){.mahony = {1, 0, 0, 0}};
+    ahrs_estimator_init(&s->common);
+    ahrs_quaternion_ekf_start(&k, s->covariance);
+}
+
+static inline void ahrs_mahony_ekf_update(ahrs_mahony_ekf_state *s, const ahrs_mahony_ekf_params *p, const ahrs_mahony_ekf_inputs *u,
+                            ahrs_real dt) {
+    const ahrs_quaternion_ekf k = mahony_ekf_settings(p);
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_START) {
+        ahrs_quaternion_ekf_start(&k, s->covariance);
+        ahrs_vec3_to(s->bias, (ahrs_vec3){0, 0, 0});
+    }
+    if (action == AHRS_START || action == AHRS_TURN) {
+        ahrs_quat_to(s->mahony, ahrs_quat_of(s->common.q));
+    }
+    if (action == AHRS_WAIT || action == AHRS_START) {
+        return;
+    }
+    const ahrs_mahony_gains gains = {p->kp, p->ki, p->bias_limit};
+    const ahrs_quat measured = ahrs_mahony_step(ahrs_quat_of(s->mahony), s->bias, gains, &z);
+    const ahrs_vec3 rate = p->bias_feed ? ahrs_vec3_sub(z.rate, ahrs_vec3_of(s->bias)) : z.rate;
+    ahrs_quat q = ahrs_quaternion_ekf_predict(&k, &s->common, s->covariance, rate, &z);
+    const ahrs_real r = ahrs_quaternion_ekf_variance(&k, &p->common, &z);
+    const bool kept = ahrs_quaternion_ekf_correct(&k, s->covariance, &q, measured, r);
+    ahrs_quat_to(s->mahony, measured);
+    ahrs_set_condition(&s->common, AHRS_COVARIANCE_RESET, !kept);
+    ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_unit(q));
+}
+
+static inline void ahrs_mahony_ekf_outputs(const ahrs_mahony_ekf_state *s, const ahrs_mahony_ekf_params *p,
+                             ahrs_mahony_ekf_outputs_t *y) {
+    ahrs_estimator_outputs(&s->common, &p->common, ahrs_vec3_of(s->bias), &y->common);
+    ahrs_vec3_to(y->attitude_std, ahrs_quat_covariance_std(s->covariance, ahrs_quat_of(s->common.q)));
+    y->covariance_reset = ahrs_condition(&s->common, AHRS_COVARIANCE_RESET);
+}
+
+/* Generated from models/mahony_ekf/mahony_ekf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_mahony_ekf_params params;
+    ahrs_mahony_ekf_inputs inputs;
+    ahrs_mahony_ekf_outputs_t outputs;
+    ahrs_mahony_ekf_state state;
+} mahony_ekf_instance;
+
+static const fmu_variable mahony_ekf_variables[] = {
+    {"gyro", 1, 3, offsetof(mahony_ekf_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(mahony_ekf_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(mahony_ekf_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(mahony_ekf_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(mahony_ekf_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(mahony_ekf_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(mahony_ekf_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(mahony_ekf_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(mahony_ekf_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(mahony_ekf_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(mahony_ekf_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(mahony_ekf_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"attitude_std", 116, 3, offsetof(mahony_ekf_instance, outputs.attitude_std), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(mahony_ekf_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(mahony_ekf_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(mahony_ekf_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(mahony_ekf_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"covariance_reset", 123, 1, offsetof(mahony_ekf_instance, outputs.covariance_reset), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(mahony_ekf_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(mahony_ekf_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(mahony_ekf_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(mahony_ekf_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(mahony_ekf_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(mahony_ekf_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(mahony_ekf_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(mahony_ekf_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(mahony_ekf_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(mahony_ekf_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(mahony_ekf_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(mahony_ekf_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(mahony_ekf_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(mahony_ekf_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(mahony_ekf_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(mahony_ekf_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(mahony_ekf_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(mahony_ekf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(mahony_ekf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(mahony_ekf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(mahony_ekf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"kp", 1000, 1, offsetof(mahony_ekf_instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
+    {"ki", 1001, 1, offsetof(mahony_ekf_instance, params.ki), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000.0},
+    {"bias_limit", 1003, 1, offsetof(mahony_ekf_instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"gyro_noise", 1040, 1, offsetof(mahony_ekf_instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
+    {"attitude_noise", 1045, 1, offsetof(mahony_ekf_instance, params.attitude_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
+    {"motion_noise", 1047, 1, offsetof(mahony_ekf_instance, params.motion_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
+    {"initial_attitude_std", 1048, 1, offsetof(mahony_ekf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 10.0},
+    {"accel_distrust", 1050, 1, offsetof(mahony_ekf_instance, params.accel_distrust), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"bias_feed", 1060, 1, offsetof(mahony_ekf_instance, params.bias_feed), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+};
+
+static bool mahony_ekf_limit_0(const void *data) {
+    const ahrs_mahony_ekf_params *p = &((const mahony_ekf_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t mahony_ekf_limit_0_vrs[] = {207, 208};
+
+static bool mahony_ekf_limit_1(const void *data) {
+    const ahrs_mahony_ekf_params *p = &((const mahony_ekf_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t mahony_ekf_limit_1_vrs[] = {213, 214};
+
+static bool mahony_ekf_limit_2(const void *data) {
+    const ahrs_mahony_ekf_params *p = &((const mahony_ekf_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t mahony_ekf_limit_2_vrs[] = {223, 200};
+
+static bool mahony_ekf_limit_3(const void *data) {
+    const ahrs_mahony_ekf_params *p = &((const mahony_ekf_instance *)data)->params;
+    return (p->kp * p->common.sample_time) < 1;
+}
+
+static const uint32_t mahony_ekf_limit_3_vrs[] = {1000, 200};
+
+static bool mahony_ekf_limit_4(const void *data) {
+    const ahrs_mahony_ekf_params *p = &((const mahony_ekf_instance *)data)->params;
+    return ((p->ki * p->common.sample_time) * p->common.sample_time) < (4 - ((2 * p->kp) * p->common.sample_time));
+}
+
+static const uint32_t mahony_ekf_limit_4_vrs[] = {200, 1001, 1000};
+
+static bool mahony_ekf_limit_5(const void *data) {
+    const ahrs_mahony_ekf_params *p = &((const mahony_ekf_instance *)data)->params;
+    return (2 * p->ki) <= (p->kp * p->kp);
+}
+
+static const uint32_t mahony_ekf_limit_5_vrs[] = {1001, 1000};
+
+static const fmu_limit mahony_ekf_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, mahony_ekf_limit_0_vrs, 2, mahony_ekf_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, mahony_ekf_limit_1_vrs, 2, mahony_ekf_limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, mahony_ekf_limit_2_vrs, 2, mahony_ekf_limit_2},
+    {"kp*sample_time < 1", "the filter would correct more than the whole error in one sample: lower kp or sample_time", false, mahony_ekf_limit_3_vrs, 2, mahony_ekf_limit_3},
+    {"ki*sample_time*sample_time < 4 - 2*kp*sample_time", "the sampled loop is unstable: lower ki or sample_time", false, mahony_ekf_limit_4_vrs, 3, mahony_ekf_limit_4},
+    {"2*ki <= kp*kp", "the loop overshoots, its damping is below 0.7: lower ki or raise kp", true, mahony_ekf_limit_5_vrs, 2, mahony_ekf_limit_5},
+};
+
+static inline void ahrs_mahony_ekf_defaults(ahrs_mahony_ekf_params *p, ahrs_mahony_ekf_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->kp = AHRS_C(1.0);
+    p->ki = AHRS_C(0.1);
+    p->bias_limit = AHRS_C(0.2);
+    p->bias_feed = 1;
+    p->gyro_noise = AHRS_C(0.01);
+    p->attitude_noise = AHRS_C(0.002);
+    p->accel_distrust = AHRS_C(1.0);
+    p->motion_noise = AHRS_C(0.5);
+    p->initial_attitude_std = AHRS_C(2.0);
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void mahony_ekf_defaults(void *data) {
+    mahony_ekf_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_mahony_ekf_defaults(&i->params, &i->inputs);
+}
+
+static void mahony_ekf_init(void *data) {
+    mahony_ekf_instance *i = data;
+    ahrs_mahony_ekf_init(&i->state, &i->params);
+}
+
+static void mahony_ekf_update(void *data, ahrs_real dt) {
+    mahony_ekf_instance *i = data;
+    ahrs_mahony_ekf_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void mahony_ekf_compute_outputs(void *data) {
+    mahony_ekf_instance *i = data;
+    ahrs_mahony_ekf_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_mahony_ekf_model = {
+    "mahony_ekf", "MahonyEKF", sizeof(mahony_ekf_instance), {offsetof(mahony_ekf_instance, params), sizeof(((mahony_ekf_instance *)0)->params)}, {offsetof(mahony_ekf_instance, inputs), sizeof(((mahony_ekf_instance *)0)->inputs)}, {offsetof(mahony_ekf_instance, outputs), sizeof(((mahony_ekf_instance *)0)->outputs)}, {offsetof(mahony_ekf_instance, state), sizeof(((mahony_ekf_instance *)0)->state)},
+    offsetof(mahony_ekf_instance, params.common.sample_time), 0.01,
+    mahony_ekf_variables, sizeof mahony_ekf_variables / sizeof mahony_ekf_variables[0],
+    mahony_ekf_limits, sizeof mahony_ekf_limits / sizeof mahony_ekf_limits[0],
+    mahony_ekf_defaults, mahony_ekf_init, mahony_ekf_update, mahony_ekf_compute_outputs};
+
+/* Generated from models/mekf/mekf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_MEKF_H
+#define AHRS_MEKF_H
+
+
+/* Multiplicative extended Kalman filter with gyroscope bias. The gyroscope without its estimated bias
+ * predicts the attitude; specific force and magnetic field correct attitude and bias together. The
+ * covariance is that of a small rotation about the body axes and of the bias. What the accelerometer feels
+ * beside gravity counts as its noise: accel_noise has to cover the motion of the vehicle.
+ */
+
+typedef struct {
+    ahrs_estimator_params common;
+    ahrs_real bias_limit; /* Largest gyroscope bias that is learned, per axis [rad/s] */
+    ahrs_real gyro_noise; /* White noise of the gyroscope, rad/s/sqrt(Hz) */
+    ahrs_real gyro_bias_noise; /* Random walk of the gyroscope bias, rad/s/s/sqrt(Hz) */
+    ahrs_real accel_noise; /* White noise of the accelerometer with the motion of the vehicle, m/s2/sqrt(Hz) */
+    ahrs_real mag_noise; /* White noise of the magnetometer with disturbances of the field, T/sqrt(Hz) */
+    ahrs_real motion_noise; /* Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation */
+    ahrs_real initial_attitude_std; /* Standard deviation of the first attitude [rad] */
+    ahrs_real initial_bias_std; /* Standard deviation of the gyroscope bias at the start [rad/s] */
+} ahrs_mekf_params;
+
+typedef ahrs_estimator_inputs ahrs_mekf_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+    ahrs_real attitude_std[3]; /* Standard deviation of the attitude error about the body axes, as the filter believes it [rad] */
+    int32_t covariance_reset; /* The covariance was reset at the last sample */
+} ahrs_mekf_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+    ahrs_real bias[3]; /* Gyroscope bias [rad/s] */
+    ahrs_real attitude_covariance[6]; /* Covariance of the rotation error about the body axes: lower triangle, row by row [rad2] */
+    ahrs_real cross_covariance[9]; /* Covariance of rotation error (rows) and bias error (columns) [rad2/s] */
+    ahrs_real bias_covariance[6]; /* Covariance of the bias error: lower triangle, row by row [rad2/s2] */
+} ahrs_mekf_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_mekf_defaults(ahrs_mekf_params *p, ahrs_mekf_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_mekf_init(ahrs_mekf_state *s, const ahrs_mekf_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_mekf_update(ahrs_mekf_state *s, const ahrs_mekf_params *p, const ahrs_mekf_inputs *u, ahrs_real dt);
+
+static inline void ahrs_mekf_outputs(const ahrs_mekf_state *s, const ahrs_mekf_params *p, ahrs_mekf_outputs_t *y);
+
+#endif
+/* Multiplicative extended Kalman filter with gyroscope bias (docs/algorithms.md section 1).
+ *
+ * The errors are a rotation about the body axes and the bias, with the covariance P = [A B; B' C] in 3 x 3 blocks. A
+ * direction measured with noise of equal size on all axes tells of the rotation only, and both directions together
+ * through one matrix W = H' R^-1 H of three rows. With the factors A = L D L' and B = L D Z the part of the bias that the
+ * rotation does not explain, S = C - Z' D Z, stays as it is, and with D^-1 + L' W L = U E U' the correction is
+ *
+ *     L := L U'^-1,   D := E^-1,   Z := U^-1 Z,
+ *
+ * sums of squares throughout, so that the covariance stays positive definite. With the misfit r = H' R^-1 (y - h) the
+ * attitude is corrected by A r and the bias by B' r. */
+
+typedef struct {
+    ahrs_sym3 a;
+    ahrs_mat3 b;
+    ahrs_sym3 c;
+} mekf_blocks;
+
+static mekf_blocks mekf_load(const ahrs_mekf_state *s) {
+    return (mekf_blocks){ahrs_sym3_of(s->attitude_covariance), ahrs_mat3_of(s->cross_covariance),
+                    ahrs_sym3_of(s->bias_covariance)};
+}
+
+static void mekf_store(ahrs_mekf_state *s, const mekf_blocks *p) {
+    ahrs_sym3_to(s->attitude_covariance, p->a);
+    ahrs_mat3_to(s->cross_covariance, p->b);
+    ahrs_sym3_to(s->bias_covariance, p->c);
+}
+
+static mekf_blocks mekf_initial(const ahrs_mekf_params *p) {
+    const ahrs_real attitude = p->initial_attitude_std * p->initial_attitude_std;
+    const ahrs_real bias = p->initial_bias_std * p->initial_bias_std;
+    return (mekf_blocks){.a = {attitude, 0, attitude, 0, 0, attitude}, .c = {bias, 0, bias, 0, 0, bias}};
+}
+
+/* The covariance after the body has turned by r and the bias error has added to the rotation error for T seconds. */
+AHRS_INLINE mekf_blocks mekf_predicted(const mekf_blocks *p, ahrs_quat r, ahrs_real T, ahrs_real turn, ahrs_real walk) {
+    const ahrs_mat3 back = ahrs_quat_to_mat3(r);
+    const ahrs_mat3 b = ahrs_mat3_transposed_mul(back, p->b), c = ahrs_sym3_full(p->c);
+    const ahrs_mat3 a = ahrs_mat3_transposed_mul(back, ahrs_sym3_full(p->a));
+    const ahrs_sym3 turned = ahrs_sym3_product(a, back);
+    const ahrs_real cross = AHRS_C(0.5) * T * T * walk;
+    mekf_blocks next;
+    for (int32_t i = 0; i < 3; i++) {
+        next.b.row[i] = ahrs_vec3_add_scaled(b.row[i], -T, c.row[i]);
+    }
+    next.a = (ahrs_sym3){turned.xx - T * (b.row[0].x + next.b.row[0].x), turned.yx - T * (b.row[1].x + next.b.row[0].y),
+                         turned.yy - T * (b.row[1].y + next.b.row[1].y), turned.zx - T * (b.row[2].x + next.b.row[0].z),
+                         turned.zy - T * (b.row[2].y + next.b.row[1].z), turned.zz - T * (b.row[2].z + next.b.row[2].z)};
+    next.a = ahrs_sym3_add_diagonal(next.a, turn + T * T * T * walk / 3);
+    next.b.row[0].x -= cross;
+    next.b.row[1].y -= cross;
+    next.b.row[2].z -= cross;
+    next.c = ahrs_sym3_add_diagonal(p->c, T * walk);
+    return next;
+}
+
+/* A rotation error has no meaning beyond half a turn: a heading that nothing measures stays at that. Scaling the cross
+ * covariance as much as the attitude's keeps the whole positive definite, and heading and bias apart. */
+static void mekf_limit_attitude(mekf_blocks *p) {
+    const ahrs_real sum = p->a.xx + p->a.yy + p->a.zz;
+    if (AHRS_UNLIKELY(sum > AHRS_PI * AHRS_PI)) {
+        const ahrs_real scale = AHRS_PI * AHRS_PI / sum;
+        p->a = ahrs_sym3_scale(p->a, scale);
+        for (int32_t i = 0; i < 3; i++) {
+            p->b.row[i] = ahrs_vec3_scale(p->b.row[i], scale);
+        }
+    }
+}
+
+/* One measured direction, in units of its noise: what is expected, and what it says about the rotation. */
+typedef struct {
+    ahrs_vec3 expected, misfit;
+} mekf_direction;
+
+static mekf_direction mekf_compared(ahrs_vec3 measured, ahrs_vec3 expected, ahrs_real variance) {
+    const ahrs_real weight = 1 / variance;
+    const ahrs_vec3 cross = ahrs_vec3_cross(measured, expected);
+    return (mekf_direction){ahrs_vec3_scale(expected, ahrs_sqrt(weight)), ahrs_vec3_scale(cross, weight)};
+}
+
+/* Information about the rotation: of a direction e that is (|e|^2 I - e e'). */
+static ahrs_sym3 mekf_information(ahrs_vec3 e, ahrs_vec3 m) {
+    return (ahrs_sym3){e.y * e.y + e.z * e.z + (m.y * m.y + m.z * m.z), -(e.x * e.y + m.x * m.y),
+                       e.x * e.x + e.z * e.z + (m.x * m.x + m.z * m.z), -(e.x * e.z + m.x * m.z),
+                       -(e.y * e.z + m.y * m.z),                        e.x * e.x + e.y * e.y + (m.x * m.x + m.y * m.y)};
+}
+
+/* Unit lower triangle. */
+typedef struct {
+    ahrs_real yx, zx, zy;
+} mekf_unit_triangle;
+
+static bool mekf_is_positive(ahrs_vec3 d) {
+    return d.x > 0 && d.y > 0 && d.z > 0 && d.x <= AHRS_REAL_MAX && d.y <= AHRS_REAL_MAX && d.z <= AHRS_REAL_MAX;
+}
+
+/* a = L D L' */
+AHRS_INLINE ahrs_vec3 mekf_factored(ahrs_sym3 a, mekf_unit_triangle *l) {
+    const ahrs_real inverse = 1 / a.xx;
+    *l = (mekf_unit_triangle){.yx = a.yx * inverse, .zx = a.zx * inverse};
+    const ahrs_real y = a.yy - l->yx * a.yx, zy = a.zy - l->zx * a.yx;
+    l->zy = zy / y;
+    return (ahrs_vec3){a.xx, y, a.zz - l->zx * a.zx - l->zy * zy};
+}
+
+/* v = U E U'; U' is given. */
+AHRS_INLINE ahrs_vec3 mekf_factored_from_below(ahrs_sym3 v, mekf_unit_triangle *u) {
+    const ahrs_real inverse = 1 / v.zz;
+    *u = (mekf_unit_triangle){.zx = v.zx * inverse, .zy = v.zy * inverse};
+    const ahrs_real y = v.yy - u->zy * v.zy, yx = v.yx - u->zx * v.zy;
+    u->yx = yx / y;
+    return (ahrs_vec3){v.xx - u->zx * v.zx - u->yx * yx, y, v.zz};
+}
+
+/* L' w L */
+AHRS_INLINE ahrs_sym3 mekf_enclosed(mekf_unit_triangle l, ahrs_sym3 w) {
+    const ahrs_vec3 y = {w.yx + l.zy * w.zx, w.yy + l.zy * w.zy, w.zy + l.zy * w.zz};
+    const ahrs_vec3 x = {w.xx + l.yx * w.yx + l.zx * w.zx, w.yx + l.yx * w.yy + l.zx * w.zy,
+                         w.zx + l.yx * w.zy + l.zx * w.zz};
+    return (ahrs_sym3){x.x + l.yx * x.y + l.zx * x.z, x.y + l.zy * x.z, y.y + l.zy * y.z, x.z, y.z, w.zz};
+}
+
+/* a + sign (the sum of the products of corresponding rows) */
+AHRS_INLINE ahrs_sym3 mekf_with_products(ahrs_sym3 a, ahrs_real sign, ahrs_mat3 m, ahrs_mat3 n) {
+    const ahrs_sym3 sum = ahrs_sym3_transposed_product(m, n);
+    return (ahrs_sym3){a.xx + sign * sum.xx, a.yx + sign * sum.yx, a.yy + sign * sum.yy,
+                       a.zx + sign * sum.zx, a.zy + sign * sum.zy, a.zz + sign * sum.zz};
+}
+
+/* False, and nothing that can be used, where the blocks were no covariance. */
+AHRS_INLINE bool mekf_corrected(mekf_blocks *p, ahrs_sym3 w) {
+    mekf_unit_triangle l, u, unused;
+    const ahrs_vec3 d = mekf_factored(p->a, &l);
+    const ahrs_vec3 inverse = {1 / d.x, 1 / d.y, 1 / d.z};
+    ahrs_mat3 dz = p->b, z;
+    dz.row[1] = ahrs_vec3_add_scaled(dz.row[1], -l.yx, dz.row[0]);
+    dz.row[2] = ahrs_vec3_add_scaled(ahrs_vec3_add_scaled(dz.row[2], -l.zx, dz.row[0]), -l.zy, dz.row[1]);
+    z.row[0] = ahrs_vec3_scale(dz.row[0], inverse.x);
+    z.row[1] = ahrs_vec3_scale(dz.row[1], inverse.y);
+    z.row[2] = ahrs_vec3_scale(dz.row[2], inverse.z);
+    const ahrs_sym3 unexplained = mekf_with_products(p->c, -1, dz, z);
+
+    ahrs_sym3 v = mekf_enclosed(l, w);
+    v.xx += inverse.x;
+    v.yy += inverse.y;
+    v.zz += inverse.z;
+    const ahrs_vec3 e = mekf_factored_from_below(v, &u);
+    const bool kept = mekf_is_positive(d) && mekf_is_positive(e) && mekf_is_positive(mekf_factored(unexplained, &unused));
+
+    const ahrs_vec3 left = {1 / e.x, 1 / e.y, 1 / e.z};
+    l.yx -= u.yx;
+    l.zy -= u.zy;
+    l.zx -= u.zx + l.zy * u.yx;
+    z.row[1] = ahrs_vec3_add_scaled(z.row[1], -u.zy, z.row[2]);
+    z.row[0] = ahrs_vec3_add_scaled(ahrs_vec3_add_scaled(z.row[0], -u.yx, z.row[1]), -u.zx, z.row[2]);
+    dz.row[0] = ahrs_vec3_scale(z.row[0], left.x);
+    dz.row[1] = ahrs_vec3_scale(z.row[1], left.y);
+    dz.row[2] = ahrs_vec3_scale(z.row[2], left.z);
+
+    const ahrs_real yx = l.yx * left.x, zx = l.zx * left.x, zy = l.zy * left.y;
+    p->a = (ahrs_sym3){left.x, yx, left.y + l.yx * yx, zx, zy + l.zx * yx, left.z + l.zy * zy + l.zx * zx};
+    p->b.row[0] = dz.row[0];
+    p->b.row[1] = ahrs_vec3_add_scaled(dz.row[1], l.yx, dz.row[0]);
+    p->b.row[2] = ahrs_vec3_add_scaled(ahrs_vec3_add_scaled(dz.row[2], l.zy, dz.row[1]), l.zx, dz.row[0]);
+    p->c = mekf_with_products(unexplained, 1, dz, z);
+    return kept;
+}
+
+static inline void ahrs_mekf_init(ahrs_mekf_state *s, const ahrs_mekf_params *p) {
+    const mekf_blocks first = mekf_initial(p);
+    ahrs_estimator_init(&s->common);
+    ahrs_vec3_to(s->bias, (ahrs_vec3){0, 0, 0});
+    mekf_store(s, &first);
+}
+
+static inline void ahrs_mekf_update(ahrs_mekf_state *s, const ahrs_mekf_params *p, const ahrs_mekf_inputs *u, ahrs_real dt) {
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_START) {
+        const mekf_blocks first = mekf_initial(p);
+        ahrs_vec3_to(s->bias, (ahrs_vec3){0, 0, 0});
+        mekf_store(s, &first);
+    }
+    if (action == AHRS_WAIT || action == AHRS_START) {
+        return;
+    }
+    ahrs_vec3 bias = ahrs_vec3_of(s->bias);
+    const ahrs_quat turn = ahrs_quat_exp(ahrs_vec3_scale(ahrs_vec3_sub(z.rate, bias), z.dt));
+    const mekf_blocks before = mekf_load(s);
+    mekf_blocks cov = mekf_predicted(&before, turn, z.dt, ahrs_turn_variance(&s->common, &z, p->gyro_noise),
+                           p->gyro_bias_noise * p->gyro_bias_noise);
+    mekf_limit_attitude(&cov);
+    ahrs_quat q = ahrs_quat_refine(ahrs_quat_mul(ahrs_quat_of(s->common.q), turn));
+
+    if (z.gain_dt > 0) {
+        const ahrs_vec3 down = ahrs_quat_down(q), none = {0, 0, 0};
+        mekf_direction gravity = {none, none}, field = {none, none};
+        if (z.accel_usable) {
+            const ahrs_real variance =
+                ahrs_sample_variance(&p->common, p->accel_noise) + ahrs_motion_variance(&p->common, &z, p->motion_noise);
+            gravity = mekf_compared(z.accel, ahrs_vec3_scale(down, -p->common.gravity), variance);
+        }
+        if (z.mag_usable) {
+            const ahrs_vec3 north = ahrs_vec3_scale(ahrs_quat_north(q), s->common.field[0]);
+            field = mekf_compared(z.mag, ahrs_vec3_add_scaled(north, s->common.field[1], down),
+                             ahrs_sample_variance(&p->common, p->mag_noise));
+        }
+        if (mekf_corrected(&cov, mekf_information(gravity.expected, field.expected))) {
+            const ahrs_vec3 misfit = ahrs_vec3_add(gravity.misfit, field.misfit);
+            q = ahrs_quat_turn(q, ahrs_sym3_apply(cov.a, misfit));
+            bias = ahrs_vec3_limited(ahrs_vec3_add(bias, ahrs_mat3_apply_transposed(cov.b, misfit)), p->bias_limit);
+        } else {
+            cov = mekf_initial(p);
+            s->common.conditions |= AHRS_COVARIANCE_RESET;
+        }
+    }
+    ahrs_vec3_to(s->bias, bias);
+    mekf_store(s, &cov);
+    ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_refine(q));
+}
+
+static inline void ahrs_mekf_outputs(const ahrs_mekf_state *s, const ahrs_mekf_params *p, ahrs_mekf_outputs_t *y) {
+    const ahrs_sym3 a = ahrs_sym3_of(s->attitude_covariance);
+    ahrs_estimator_outputs(&s->common, &p->common, ahrs_vec3_of(s->bias), &y->common);
+    ahrs_vec3_to(y->attitude_std, (ahrs_vec3){ahrs_sqrt(a.xx), ahrs_sqrt(a.yy), ahrs_sqrt(a.zz)});
+    y->covariance_reset = ahrs_condition(&s->common, AHRS_COVARIANCE_RESET);
+}
+
+/* Generated from models/mekf/mekf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_mekf_params params;
+    ahrs_mekf_inputs inputs;
+    ahrs_mekf_outputs_t outputs;
+    ahrs_mekf_state state;
+} mekf_instance;
+
+static const fmu_variable mekf_variables[] = {
+    {"gyro", 1, 3, offsetof(mekf_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(mekf_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(mekf_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(mekf_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(mekf_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(mekf_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(mekf_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(mekf_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(mekf_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(mekf_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(mekf_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(mekf_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"attitude_std", 116, 3, offsetof(mekf_instance, outputs.attitude_std), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(mekf_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(mekf_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(mekf_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(mekf_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"covariance_reset", 123, 1, offsetof(mekf_instance, outputs.covariance_reset), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(mekf_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(mekf_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(mekf_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(mekf_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(mekf_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(mekf_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(mekf_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(mekf_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(mekf_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(mekf_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(mekf_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(mekf_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(mekf_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(mekf_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(mekf_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(mekf_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(mekf_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(mekf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(mekf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(mekf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(mekf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"bias_limit", 1003, 1, offsetof(mekf_instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"gyro_noise", 1040, 1, offsetof(mekf_instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, 0, 1e-07, 100.0},
+    {"gyro_bias_noise", 1041, 1, offsetof(mekf_instance, params.gyro_bias_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_noise", 1042, 1, offsetof(mekf_instance, params.accel_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0001, 1000.0},
+    {"mag_noise", 1043, 1, offsetof(mekf_instance, params.mag_noise), FMU_REAL, FMU_TUNABLE, 0, 1e-09, 1.0},
+    {"motion_noise", 1047, 1, offsetof(mekf_instance, params.motion_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
+    {"initial_attitude_std", 1048, 1, offsetof(mekf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 10.0},
+    {"initial_bias_std", 1049, 1, offsetof(mekf_instance, params.initial_bias_std), FMU_REAL, FMU_FIXED, 0, 1e-06, 10.0},
+};
+
+static bool mekf_limit_0(const void *data) {
+    const ahrs_mekf_params *p = &((const mekf_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t mekf_limit_0_vrs[] = {207, 208};
+
+static bool mekf_limit_1(const void *data) {
+    const ahrs_mekf_params *p = &((const mekf_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t mekf_limit_1_vrs[] = {213, 214};
+
+static bool mekf_limit_2(const void *data) {
+    const ahrs_mekf_params *p = &((const mekf_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t mekf_limit_2_vrs[] = {223, 200};
+
+static const fmu_limit mekf_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, mekf_limit_0_vrs, 2, mekf_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, mekf_limit_1_vrs, 2, mekf_limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, mekf_limit_2_vrs, 2, mekf_limit_2},
+};
+
+static inline void ahrs_mekf_defaults(ahrs_mekf_params *p, ahrs_mekf_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->bias_limit = AHRS_C(0.2);
+    p->gyro_noise = AHRS_C(0.0002);
+    p->gyro_bias_noise = AHRS_C(0.000175);
+    p->accel_noise = AHRS_C(0.1);
+    p->mag_noise = AHRS_C(1e-07);
+    p->motion_noise = AHRS_C(0.5);
+    p->initial_attitude_std = AHRS_C(0.1);
+    p->initial_bias_std = AHRS_C(0.02);
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void mekf_defaults(void *data) {
+    mekf_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_mekf_defaults(&i->params, &i->inputs);
+}
+
+static void mekf_init(void *data) {
+    mekf_instance *i = data;
+    ahrs_mekf_init(&i->state, &i->params);
+}
+
+static void mekf_update(void *data, ahrs_real dt) {
+    mekf_instance *i = data;
+    ahrs_mekf_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void mekf_compute_outputs(void *data) {
+    mekf_instance *i = data;
+    ahrs_mekf_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_mekf_model = {
+    "mekf", "MEKF", sizeof(mekf_instance), {offsetof(mekf_instance, params), sizeof(((mekf_instance *)0)->params)}, {offsetof(mekf_instance, inputs), sizeof(((mekf_instance *)0)->inputs)}, {offsetof(mekf_instance, outputs), sizeof(((mekf_instance *)0)->outputs)}, {offsetof(mekf_instance, state), sizeof(((mekf_instance *)0)->state)},
+    offsetof(mekf_instance, params.common.sample_time), 0.01,
+    mekf_variables, sizeof mekf_variables / sizeof mekf_variables[0],
+    mekf_limits, sizeof mekf_limits / sizeof mekf_limits[0],
+    mekf_defaults, mekf_init, mekf_update, mekf_compute_outputs};
+
+/* Generated from models/strapdown/strapdown.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_STRAPDOWN_H
+#define AHRS_STRAPDOWN_H
+
+
+/* Gyroscope alone. Integrates the gyroscope by fourth-order angle increments from the first attitude on.
+ * Accelerometer and magnetometer give that first attitude and are not used afterwards: the error grows with
+ * the gyroscope's bias. A baseline for the others.
+ */
+
+typedef struct {
+    ahrs_estimator_params common;
+} ahrs_strapdown_params;
+
+typedef ahrs_estimator_inputs ahrs_strapdown_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+} ahrs_strapdown_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+} ahrs_strapdown_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_strapdown_defaults(ahrs_strapdown_params *p, ahrs_strapdown_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_strapdown_init(ahrs_strapdown_state *s, const ahrs_strapdown_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_strapdown_update(ahrs_strapdown_state *s, const ahrs_strapdown_params *p, const ahrs_strapdown_inputs *u, ahrs_real dt);
+
+static inline void ahrs_strapdown_outputs(const ahrs_strapdown_state *s, const ahrs_strapdown_params *p, ahrs_strapdown_outputs_t *y);
+
+#endif
+/* Gyroscope alone, by fourth-order angle increments (docs/algorithms.md section 1). */
+
+static inline void ahrs_strapdown_init(ahrs_strapdown_state *s, const ahrs_strapdown_params *p) {
+    (void)p;
+    ahrs_estimator_init(&s->common);
+}
+
+static inline void ahrs_strapdown_update(ahrs_strapdown_state *s, const ahrs_strapdown_params *p, const ahrs_strapdown_inputs *u,
+                           ahrs_real dt) {
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_WAIT || action == AHRS_START) {
+        return;
+    }
+    const ahrs_quat q = ahrs_quat_mul(ahrs_quat_of(s->common.q), ahrs_increment(ahrs_vec3_scale(z.rate, z.dt)));
+    s->common.conditions &= ~(AHRS_ACCEL_USED | AHRS_MAG_USED);
+    ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_unit(q));
+}
+
+static inline void ahrs_strapdown_outputs(const ahrs_strapdown_state *s, const ahrs_strapdown_params *p, ahrs_strapdown_outputs_t *y) {
+    ahrs_estimator_outputs(&s->common, &p->common, (ahrs_vec3){0, 0, 0}, &y->common);
+}
+
+/* Generated from models/strapdown/strapdown.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_strapdown_params params;
+    ahrs_strapdown_inputs inputs;
+    ahrs_strapdown_outputs_t outputs;
+    ahrs_strapdown_state state;
+} strapdown_instance;
+
+static const fmu_variable strapdown_variables[] = {
+    {"gyro", 1, 3, offsetof(strapdown_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(strapdown_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(strapdown_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(strapdown_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(strapdown_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(strapdown_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(strapdown_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(strapdown_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(strapdown_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(strapdown_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(strapdown_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(strapdown_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(strapdown_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(strapdown_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(strapdown_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(strapdown_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(strapdown_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(strapdown_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(strapdown_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(strapdown_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(strapdown_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(strapdown_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(strapdown_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(strapdown_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(strapdown_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(strapdown_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(strapdown_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(strapdown_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(strapdown_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(strapdown_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(strapdown_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(strapdown_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(strapdown_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(strapdown_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(strapdown_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(strapdown_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(strapdown_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+};
+
+static bool strapdown_limit_0(const void *data) {
+    const ahrs_strapdown_params *p = &((const strapdown_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t strapdown_limit_0_vrs[] = {207, 208};
+
+static bool strapdown_limit_1(const void *data) {
+    const ahrs_strapdown_params *p = &((const strapdown_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t strapdown_limit_1_vrs[] = {213, 214};
+
+static bool strapdown_limit_2(const void *data) {
+    const ahrs_strapdown_params *p = &((const strapdown_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t strapdown_limit_2_vrs[] = {223, 200};
+
+static const fmu_limit strapdown_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, strapdown_limit_0_vrs, 2, strapdown_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, strapdown_limit_1_vrs, 2, strapdown_limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, strapdown_limit_2_vrs, 2, strapdown_limit_2},
+};
+
+static inline void ahrs_strapdown_defaults(ahrs_strapdown_params *p, ahrs_strapdown_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void strapdown_defaults(void *data) {
+    strapdown_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_strapdown_defaults(&i->params, &i->inputs);
+}
+
+static void strapdown_init(void *data) {
+    strapdown_instance *i = data;
+    ahrs_strapdown_init(&i->state, &i->params);
+}
+
+static void strapdown_update(void *data, ahrs_real dt) {
+    strapdown_instance *i = data;
+    ahrs_strapdown_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void strapdown_compute_outputs(void *data) {
+    strapdown_instance *i = data;
+    ahrs_strapdown_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_strapdown_model = {
+    "strapdown", "Strapdown", sizeof(strapdown_instance), {offsetof(strapdown_instance, params), sizeof(((strapdown_instance *)0)->params)}, {offsetof(strapdown_instance, inputs), sizeof(((strapdown_instance *)0)->inputs)}, {offsetof(strapdown_instance, outputs), sizeof(((strapdown_instance *)0)->outputs)}, {offsetof(strapdown_instance, state), sizeof(((strapdown_instance *)0)->state)},
+    offsetof(strapdown_instance, params.common.sample_time), 0.01,
+    strapdown_variables, sizeof strapdown_variables / sizeof strapdown_variables[0],
+    strapdown_limits, sizeof strapdown_limits / sizeof strapdown_limits[0],
+    strapdown_defaults, strapdown_init, strapdown_update, strapdown_compute_outputs};
+
+/* Generated from models/ukf/ukf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+#ifndef AHRS_UKF_H
+#define AHRS_UKF_H
+
+
+/* Unscented Kalman filter with gyroscope bias, in square-root form. States and noise are those of the
+ * multiplicative extended Kalman filter; means and covariances are taken over twelve points around the
+ * estimate and the estimate itself. The defaults weight the points equally and the estimate not at all,
+ * which are the cubature rules. A small alpha draws the points together and gives them large weights of both
+ * signs, which single precision does not bear.
+ */
+
+typedef struct {
+    ahrs_estimator_params common;
+    ahrs_real bias_limit; /* Largest gyroscope bias that is learned, per axis [rad/s] */
+    ahrs_real gyro_noise; /* White noise of the gyroscope, rad/s/sqrt(Hz) */
+    ahrs_real gyro_bias_noise; /* Random walk of the gyroscope bias, rad/s/s/sqrt(Hz) */
+    ahrs_real accel_noise; /* White noise of the accelerometer with the motion of the vehicle, m/s2/sqrt(Hz) */
+    ahrs_real mag_noise; /* White noise of the magnetometer with disturbances of the field, T/sqrt(Hz) */
+    ahrs_real motion_noise; /* Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation */
+    ahrs_real initial_attitude_std; /* Standard deviation of the first attitude [rad] */
+    ahrs_real initial_bias_std; /* Standard deviation of the gyroscope bias at the start [rad/s] */
+    ahrs_real alpha; /* Spread of the points, in standard deviations over the square root of 6 + kappa [1] */
+    ahrs_real beta; /* Additional weight of the estimate in the covariances [1] */
+    ahrs_real kappa; /* Further spread of the points: with alpha = 1 the weight of the estimate is kappa/(6 + kappa) [1] */
+} ahrs_ukf_params;
+
+typedef ahrs_estimator_inputs ahrs_ukf_inputs;
+
+typedef struct {
+    ahrs_estimator_outputs_t common;
+    ahrs_real attitude_std[3]; /* Standard deviation of the attitude error about the body axes, as the filter believes it [rad] */
+    int32_t covariance_reset; /* The covariance was reset at the last sample */
+} ahrs_ukf_outputs_t;
+
+typedef struct {
+    ahrs_estimator_state common;
+    ahrs_real bias[3]; /* Gyroscope bias [rad/s] */
+    ahrs_real root[21]; /* Root of the covariance of rotation error (rad, body axes) and bias error (rad/s): lower triangle, row by row [1] */
+} ahrs_ukf_state;
+
+/* Parameters and inputs to their defaults. */
+static inline void ahrs_ukf_defaults(ahrs_ukf_params *p, ahrs_ukf_inputs *u);
+
+/* State as before the first sample. */
+static inline void ahrs_ukf_init(ahrs_ukf_state *s, const ahrs_ukf_params *p);
+
+/* One sample, dt seconds after the one before; dt = 0 only initialises, if that is to be done. */
+static inline void ahrs_ukf_update(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_ukf_inputs *u, ahrs_real dt);
+
+static inline void ahrs_ukf_outputs(const ahrs_ukf_state *s, const ahrs_ukf_params *p, ahrs_ukf_outputs_t *y);
+
+#endif
+/* Unscented Kalman filter with gyroscope bias, in square-root form (docs/algorithms.md section 1).
+ *
+ * The covariance is kept as its triangular root. The points lie in pairs around the estimate; a pair's difference and its
+ * sum, instead of the points themselves, make columns in which most elements are zero. Root and noise are put side by side
+ * and made triangular by reflections, which squares nothing and cannot lose positive definiteness; the estimate's own
+ * weight, which may be negative, is added to the result. */
+
+enum { ukf_N = 6, ukf_ROTATION = 3, ukf_Z = 6, ukf_PAIRS = ukf_N, ukf_COLUMNS = ukf_N + ukf_N + ukf_Z, ukf_ROOT = AHRS_TRIANGLE(ukf_N) };
+
+/* rad2: the points of a rotation spread further than this would meet behind the back. */
+static const ahrs_real ukf_ROTATION_VARIANCE_MAX = AHRS_C(1.0);
+
+/* Distance of the points in standard deviations, and the weights: of each point, of the estimate in the mean and in the
+ * covariance. */
+typedef struct {
+    ahrs_real distance, point, mean, covariance;
+} ukf_weights;
+
+/* One measured direction or two, in units of their noise. */
+typedef struct {
+    int32_t rows;
+    bool accel, mag;
+    ahrs_real gravity, north, down; /* what is expected */
+    ahrs_real ukf_measured[ukf_Z];
+} ukf_measurement;
+
+static ukf_weights ukf_weights_of(const ahrs_ukf_params *p) {
+    const ahrs_real spread = p->alpha * p->alpha * ((ahrs_real)ukf_N + p->kappa);
+    const ahrs_real mean = 1 - (ahrs_real)ukf_N / spread;
+    return (ukf_weights){ahrs_sqrt(spread), AHRS_C(0.5) / spread, mean, mean + 1 - p->alpha * p->alpha + p->beta};
+}
+
+static void ukf_start(ahrs_ukf_state *s, const ahrs_ukf_params *p) {
+    for (int32_t i = 0; i < ukf_ROOT; i++) {
+        s->root[i] = 0;
+    }
+    for (int32_t i = 0; i < ukf_N; i++) {
+        *ahrs_at(s->root, i, i) = i < ukf_ROTATION ? p->initial_attitude_std : p->initial_bias_std;
+    }
+}
+
+/* Column j of the root, rotation or bias, times a number. */
+static ahrs_vec3 ukf_column(const ahrs_real root[ukf_ROOT], int32_t first, int32_t j, ahrs_real k) {
+    ahrs_vec3 v = {0, 0, 0};
+    if (j <= first) {
+        v.x = root[AHRS_TRIANGLE(first) + j];
+    }
+    if (j <= first + 1) {
+        v.y = root[AHRS_TRIANGLE(first + 1) + j];
+    }
+    if (j <= first + 2) {
+        v.z = root[AHRS_TRIANGLE(first + 2) + j];
+    }
+    return ahrs_vec3_scale(v, k);
+}
+
+static void ukf_set_column(ahrs_real *rows, int32_t columns, int32_t j, ahrs_vec3 v) {
+    rows[j] = v.x;
+    rows[columns + j] = v.y;
+    rows[2 * columns + j] = v.z;
+}
+
+/* Turning errors are kept where a rotation has a meaning; scaling rows of the root leaves it a root. */
+static void ukf_limit_rotation(ahrs_real root[ukf_ROOT]) {
+    ahrs_real sum = 0;
+    for (int32_t i = 0; i < AHRS_TRIANGLE(ukf_ROTATION); i++) {
+        sum += root[i] * root[i];
+    }
+    if (sum > ukf_ROTATION_VARIANCE_MAX) {
+        const ahrs_real scale = ahrs_sqrt(ukf_ROTATION_VARIANCE_MAX / sum);
+        for (int32_t i = 0; i < AHRS_TRIANGLE(ukf_ROTATION); i++) {
+            root[i] *= scale;
+        }
+    }
+}
+
+/* Root of the covariance after the step; the rotation itself goes into q. False where it is lost. */
+static bool ukf_predict(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_sample *z, const ukf_weights *w, ahrs_quat *q) {
+    const ahrs_real T = z->dt, half = ahrs_sqrt(AHRS_C(0.5) * w->point);
+    const ahrs_vec3 rate = ahrs_vec3_sub(z->rate, ahrs_vec3_of(s->bias));
+    const ahrs_quat turn = ahrs_quat_exp(ahrs_vec3_scale(rate, T)), back = ahrs_quat_conj(turn);
+    ahrs_vec3 side[ukf_PAIRS][2], mean = {0, 0, 0};
+    ahrs_real a[ukf_N * ukf_COLUMNS] = {0}, *const bias_rows = &a[ukf_ROTATION * ukf_COLUMNS];
+    for (int32_t j = 0; j < ukf_PAIRS; j++) {
+        for (int32_t k = 0; k < 2; k++) {
+            const ahrs_real c = k == 0 ? w->distance : -w->distance;
+            const ahrs_vec3 rotation = ukf_column(s->root, 0, j, c), bias = ukf_column(s->root, ukf_ROTATION, j, c);
+            const ahrs_quat turned = ahrs_quat_exp(ahrs_vec3_scale(ahrs_vec3_sub(rate, bias), T));
+            side[j][k] = ahrs_quat_log(ahrs_quat_mul(back, ahrs_quat_mul(ahrs_quat_exp(rotation), turned)));
+            mean = ahrs_vec3_add_scaled(mean, w->point, side[j][k]);
+        }
+    }
+    for (int32_t j = 0; j < ukf_PAIRS; j++) {
+        const ahrs_vec3 sum = ahrs_vec3_add_scaled(ahrs_vec3_add(side[j][0], side[j][1]), -2, mean);
+        ukf_set_column(a, ukf_COLUMNS, j, ahrs_vec3_scale(ahrs_vec3_sub(side[j][0], side[j][1]), half));
+        ukf_set_column(a, ukf_COLUMNS, j + ukf_PAIRS, ahrs_vec3_scale(sum, half));
+        ukf_set_column(bias_rows, ukf_COLUMNS, j, ukf_column(s->root, ukf_ROTATION, j, 1));
+    }
+    const ahrs_real walk = p->gyro_bias_noise * p->gyro_bias_noise;
+    const ahrs_real turning = ahrs_sqrt(ahrs_turn_variance(&s->common, z, p->gyro_noise) + T * T * T * walk / 3);
+    const ahrs_real cross = AHRS_C(-0.5) * T * T * walk / turning;
+    const ahrs_real alone = ahrs_sqrt(ahrs_max(T * walk - cross * cross, 0));
+    for (int32_t i = 0; i < ukf_ROTATION; i++) {
+        a[i * ukf_COLUMNS + 2 * ukf_PAIRS + i] = turning;
+        bias_rows[i * ukf_COLUMNS + 2 * ukf_PAIRS + i] = cross;
+        bias_rows[i * ukf_COLUMNS + 2 * ukf_PAIRS + ukf_ROTATION + i] = alone;
+    }
+    *q = ahrs_quat_mul(*q, ahrs_quat_mul(turn, ahrs_quat_exp(mean)));
+    if (!ahrs_triangle_of(ukf_N, ukf_COLUMNS, a, s->root)) {
+        return false;
+    }
+    const ahrs_real own = ahrs_sqrt(ahrs_abs(w->covariance));
+    ahrs_real x[ukf_N] = {own * mean.x, own * mean.y, own * mean.z};
+    if (own > 0 && !ahrs_add_square(ukf_N, s->root, x, w->covariance < 0 ? -1 : 1)) {
+        return false;
+    }
+    ukf_limit_rotation(s->root);
+    return true;
+}
+
+static ukf_measurement ukf_measured(const ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_sample *z) {
+    ukf_measurement m = {.accel = z->accel_usable, .mag = z->mag_usable};
+    if (m.accel) {
+        const ahrs_real variance =
+            ahrs_sample_variance(&p->common, p->accel_noise) + ahrs_motion_variance(&p->common, z, p->motion_noise);
+        const ahrs_real unit = 1 / ahrs_sqrt(variance);
+        m.gravity = unit * p->common.gravity;
+        ahrs_vec3_to(m.measured, ahrs_vec3_scale(z->accel, unit));
+        m.rows = 3;
+    }
+    if (m.mag) {
+        const ahrs_real unit = 1 / ahrs_sqrt(ahrs_sample_variance(&p->common, p->mag_noise));
+        m.north = unit * s->common.field[0];
+        m.down = unit * s->common.field[1];
+        ahrs_vec3_to(&m.measured[m.rows], ahrs_vec3_scale(z->mag, unit));
+        m.rows += 3;
+    }
+    return m;
+}
+
+static void ukf_expected(const ukf_measurement *m, ahrs_quat q, ahrs_real out[ukf_Z]) {
+    const ahrs_vec3 down = ahrs_quat_down(q);
+    int32_t row = 0;
+    if (m->accel) {
+        ahrs_vec3_to(out, ahrs_vec3_scale(down, -m->gravity));
+        row = 3;
+    }
+    if (m->mag) {
+        ahrs_vec3_to(&out[row], ahrs_vec3_add_scaled(ahrs_vec3_scale(ahrs_quat_north(q), m->north), m->down, down));
+    }
+}
+
+/* Correction of attitude, bias and root; false where the root is lost. Measurement and state are made triangular
+ * together: what stands below the measurement's own root is the gain, and beside it is the root that is left. */
+static bool ukf_correct(ahrs_ukf_state *s, const ukf_measurement *m, const ukf_weights *w, ahrs_quat *q, ahrs_vec3 *bias) {
+    const int32_t rows = m->rows, columns = rows + 2 * ukf_PAIRS, all = rows + ukf_N;
+    const ahrs_real half = ahrs_sqrt(AHRS_C(0.5) * w->point), own = ahrs_sqrt(ahrs_abs(w->covariance));
+    ahrs_real a[(ukf_Z + ukf_N) * ukf_COLUMNS] = {0}, root[AHRS_TRIANGLE(ukf_Z + ukf_N)], x[ukf_Z + ukf_N] = {0};
+    ahrs_real centre[ukf_Z], mean[ukf_Z], side[ukf_PAIRS][2][ukf_Z], e[ukf_Z], change[ukf_N] = {0};
+    ukf_expected(m, *q, centre);
+    for (int32_t i = 0; i < rows; i++) {
+        mean[i] = w->mean * centre[i];
+    }
+    for (int32_t j = 0; j < ukf_PAIRS; j++) {
+        for (int32_t k = 0; k < 2; k++) {
+            ukf_expected(m, ahrs_quat_turn(*q, ukf_column(s->root, 0, j, k == 0 ? w->distance : -w->distance)), side[j][k]);
+            for (int32_t i = 0; i < rows; i++) {
+                mean[i] += w->point * side[j][k][i];
+            }
+        }
+    }
+    for (int32_t i = 0; i < rows; i++) {
+        ahrs_real *const row = &a[i * columns];
+        row[i] = 1;
+        for (int32_t j = 0; j < ukf_PAIRS; j++) {
+            row[rows + j] = half * (side[j][0][i] + side[j][1][i] - 2 * mean[i]);
+            row[rows + ukf_PAIRS + j] = half * (side[j][0][i] - side[j][1][i]);
+        }
+        x[i] = own * (centre[i] - mean[i]);
+        e[i] = m->measured[i] - mean[i];
+    }
+    for (int32_t i = 0; i < ukf_N; i++) {
+        for (int32_t j = 0; j <= i; j++) {
+            a[(rows + i) * columns + rows + ukf_PAIRS + j] = ahrs_of(s->root, i, j);
+        }
+    }
+    if (!ahrs_triangle_of(all, columns, a, root) ||
+        (own > 0 && !ahrs_add_square(all, root, x, w->covariance < 0 ? -1 : 1))) {
+        return false;
+    }
+    ahrs_solve_lower(rows, root, e);
+    for (int32_t i = 0; i < ukf_N; i++) {
+        const ahrs_real *const row = &root[AHRS_TRIANGLE(rows + i)];
+        for (int32_t k = 0; k < rows; k++) {
+            change[i] += row[k] * e[k];
+        }
+        for (int32_t j = 0; j <= i; j++) {
+            *ahrs_at(s->root, i, j) = row[rows + j];
+        }
+    }
+    *q = ahrs_quat_turn(*q, ahrs_vec3_of(change));
+    *bias = ahrs_vec3_add(*bias, ahrs_vec3_of(&change[ukf_ROTATION]));
+    return true;
+}
+
+static inline void ahrs_ukf_init(ahrs_ukf_state *s, const ahrs_ukf_params *p) {
+    ahrs_estimator_init(&s->common);
+    ahrs_vec3_to(s->bias, (ahrs_vec3){0, 0, 0});
+    ukf_start(s, p);
+}
+
+static inline void ahrs_ukf_update(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_ukf_inputs *u, ahrs_real dt) {
+    ahrs_sample z;
+    const ahrs_action action = ahrs_estimator_begin(&s->common, &p->common, u, dt, &z);
+    if (action == AHRS_START) {
+        ahrs_vec3_to(s->bias, (ahrs_vec3){0, 0, 0});
+        ukf_start(s, p);
+    }
+    if (action == AHRS_WAIT || action == AHRS_START) {
+        return;
+    }
+    const ukf_weights w = ukf_weights_of(p);
+    ahrs_quat q = ahrs_quat_of(s->common.q);
+    ahrs_vec3 bias = ahrs_vec3_of(s->bias);
+    bool kept = ukf_predict(s, p, &z, &w, &q);
+    const ukf_measurement m = ukf_measured(s, p, &z);
+    if (kept && z.gain_dt > 0 && m.rows > 0) {
+        kept = ukf_correct(s, &m, &w, &q, &bias);
+    }
+    if (!kept) {
+        ukf_start(s, p);
+        s->common.conditions |= AHRS_COVARIANCE_RESET;
+    }
+    ahrs_vec3_to(s->bias, ahrs_vec3_limited(bias, p->bias_limit));
+    ahrs_estimator_end(&s->common, &p->common, &z, ahrs_quat_refine(q));
+}
+
+static inline void ahrs_ukf_outputs(const ahrs_ukf_state *s, const ahrs_ukf_params *p, ahrs_ukf_outputs_t *y) {
+    const ahrs_real *const r = s->root;
+    ahrs_estimator_outputs(&s->common, &p->common, ahrs_vec3_of(s->bias), &y->common);
+    ahrs_vec3_to(y->attitude_std, (ahrs_vec3){r[0], ahrs_sqrt(r[1] * r[1] + r[2] * r[2]),
+                                              ahrs_sqrt(r[3] * r[3] + r[4] * r[4] + r[5] * r[5])});
+    y->covariance_reset = ahrs_condition(&s->common, AHRS_COVARIANCE_RESET);
+}
+
+/* Generated from models/ukf/ukf.toml by `python -m ahrs_fmu.export.headers`: change that file, not this one. */
+
+#include <string.h>
+
+typedef struct {
+    ahrs_ukf_params params;
+    ahrs_ukf_inputs inputs;
+    ahrs_ukf_outputs_t outputs;
+    ahrs_ukf_state state;
+} ukf_instance;
+
+static const fmu_variable ukf_variables[] = {
+    {"gyro", 1, 3, offsetof(ukf_instance, inputs.gyro), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel", 4, 3, offsetof(ukf_instance, inputs.accel), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"mag", 7, 3, offsetof(ukf_instance, inputs.mag), FMU_REAL, FMU_INPUT, 0, -DBL_MAX, DBL_MAX},
+    {"accel_valid", 10, 1, offsetof(ukf_instance, inputs.accel_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"mag_valid", 11, 1, offsetof(ukf_instance, inputs.mag_valid), FMU_BOOLEAN, FMU_INPUT, 0, 0.0, 1.0},
+    {"q", 100, 4, offsetof(ukf_instance, outputs.common.q), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"roll", 104, 1, offsetof(ukf_instance, outputs.common.roll), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"pitch", 105, 1, offsetof(ukf_instance, outputs.common.pitch), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"yaw", 106, 1, offsetof(ukf_instance, outputs.common.yaw), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"rate", 107, 3, offsetof(ukf_instance, outputs.common.rate), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"gyro_bias", 110, 3, offsetof(ukf_instance, outputs.common.gyro_bias), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"motion_accel", 113, 3, offsetof(ukf_instance, outputs.common.motion_accel), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"attitude_std", 116, 3, offsetof(ukf_instance, outputs.attitude_std), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
+    {"status", 119, 1, offsetof(ukf_instance, outputs.common.status), FMU_ENUMERATION, FMU_OUTPUT, 0, 0.0, 9.0},
+    {"gyro_held", 120, 1, offsetof(ukf_instance, outputs.common.gyro_held), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"accel_used", 121, 1, offsetof(ukf_instance, outputs.common.accel_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"mag_used", 122, 1, offsetof(ukf_instance, outputs.common.mag_used), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"covariance_reset", 123, 1, offsetof(ukf_instance, outputs.covariance_reset), FMU_BOOLEAN, FMU_OUTPUT, 0, 0.0, 1.0},
+    {"sample_time", 200, 1, offsetof(ukf_instance, params.common.sample_time), FMU_REAL, FMU_FIXED, 0, 1e-05, 0.5},
+    {"frame", 201, 1, offsetof(ukf_instance, params.common.frame), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"declination", 202, 1, offsetof(ukf_instance, params.common.declination), FMU_REAL, FMU_TUNABLE, 0, -3.141592653589793, 3.141592653589793},
+    {"gravity", 203, 1, offsetof(ukf_instance, params.common.gravity), FMU_REAL, FMU_FIXED, 0, 0.1, 100.0},
+    {"field_reference", 204, 1, offsetof(ukf_instance, params.common.field_reference), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"field_magnitude", 205, 1, offsetof(ukf_instance, params.common.field_magnitude), FMU_REAL, FMU_FIXED, 0, 1e-07, 0.01},
+    {"field_dip", 206, 1, offsetof(ukf_instance, params.common.field_dip), FMU_REAL, FMU_FIXED, 0, -1.5707963267948966, 1.5707963267948966},
+    {"initialisation", 207, 1, offsetof(ukf_instance, params.common.initialisation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
+    {"q0", 208, 4, offsetof(ukf_instance, params.common.q0), FMU_REAL, FMU_FIXED, 0, -1.1, 1.1},
+    {"init_time", 212, 1, offsetof(ukf_instance, params.common.init_time), FMU_REAL, FMU_FIXED, 0, 0.0, 600.0},
+    {"motion_compensation", 213, 1, offsetof(ukf_instance, params.common.motion_compensation), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"motion_time_constant", 214, 1, offsetof(ukf_instance, params.common.motion_time_constant), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN | FMU_INFINITY_ALLOWED, 0.0, DBL_MAX},
+    {"accel_gating", 215, 1, offsetof(ukf_instance, params.common.accel_gating), FMU_BOOLEAN, FMU_FIXED, 0, 0.0, 1.0},
+    {"accel_gate", 216, 1, offsetof(ukf_instance, params.common.accel_gate), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_gate_time", 217, 1, offsetof(ukf_instance, params.common.accel_gate_time), FMU_REAL, FMU_TUNABLE, 0, 0.0, 600.0},
+    {"gyro_zero_samples", 220, 1, offsetof(ukf_instance, params.common.gyro_zero_samples), FMU_INTEGER, FMU_FIXED, 0, 0.0, 1000000.0},
+    {"gyro_zero_std", 221, 1, offsetof(ukf_instance, params.common.gyro_zero_std), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"gyro_zero_limit", 222, 1, offsetof(ukf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"accel_cutoff", 223, 1, offsetof(ukf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
+    {"mag_offset", 224, 3, offsetof(ukf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
+    {"mag_scale", 227, 3, offsetof(ukf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"bias_limit", 1003, 1, offsetof(ukf_instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"gyro_noise", 1040, 1, offsetof(ukf_instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, 0, 1e-07, 100.0},
+    {"gyro_bias_noise", 1041, 1, offsetof(ukf_instance, params.gyro_bias_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
+    {"accel_noise", 1042, 1, offsetof(ukf_instance, params.accel_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0001, 1000.0},
+    {"mag_noise", 1043, 1, offsetof(ukf_instance, params.mag_noise), FMU_REAL, FMU_TUNABLE, 0, 1e-09, 1.0},
+    {"motion_noise", 1047, 1, offsetof(ukf_instance, params.motion_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
+    {"initial_attitude_std", 1048, 1, offsetof(ukf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 1.0},
+    {"initial_bias_std", 1049, 1, offsetof(ukf_instance, params.initial_bias_std), FMU_REAL, FMU_FIXED, 0, 1e-06, 10.0},
+    {"alpha", 1090, 1, offsetof(ukf_instance, params.alpha), FMU_REAL, FMU_FIXED, 0, 0.0001, 2.0},
+    {"beta", 1091, 1, offsetof(ukf_instance, params.beta), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
+    {"kappa", 1092, 1, offsetof(ukf_instance, params.kappa), FMU_REAL, FMU_FIXED, 0, -5.0, 100.0},
+};
+
+static bool ukf_limit_0(const void *data) {
+    const ahrs_ukf_params *p = &((const ukf_instance *)data)->params;
+    return (p->common.initialisation == AHRS_INITIALISATION_SENSORS) || (((((p->common.q0[0] * p->common.q0[0]) + (p->common.q0[1] * p->common.q0[1])) + (p->common.q0[2] * p->common.q0[2])) + (p->common.q0[3] * p->common.q0[3])) > AHRS_C(1e-06));
+}
+
+static const uint32_t ukf_limit_0_vrs[] = {207, 208};
+
+static bool ukf_limit_1(const void *data) {
+    const ahrs_ukf_params *p = &((const ukf_instance *)data)->params;
+    return (!(p->common.motion_compensation)) || (p->common.motion_time_constant < AHRS_INFINITY);
+}
+
+static const uint32_t ukf_limit_1_vrs[] = {213, 214};
+
+static bool ukf_limit_2(const void *data) {
+    const ahrs_ukf_params *p = &((const ukf_instance *)data)->params;
+    return (p->common.accel_cutoff * p->common.sample_time) < AHRS_C(0.4);
+}
+
+static const uint32_t ukf_limit_2_vrs[] = {223, 200};
+
+static bool ukf_limit_3(const void *data) {
+    const ahrs_ukf_params *p = &((const ukf_instance *)data)->params;
+    return (p->alpha >= AHRS_C(0.01)) || (AHRS_REAL_EPSILON < AHRS_C(1e-09));
+}
+
+static const uint32_t ukf_limit_3_vrs[] = {1090};
+
+static const fmu_limit ukf_limits[] = {
+    {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, ukf_limit_0_vrs, 2, ukf_limit_0},
+    {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, ukf_limit_1_vrs, 2, ukf_limit_1},
+    {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, ukf_limit_2_vrs, 2, ukf_limit_2},
+    {"alpha >= 0.01 or epsilon < 1e-9", "in single precision the weights of so small an alpha cancel, and the covariance is lost: use double, or a larger alpha", false, ukf_limit_3_vrs, 1, ukf_limit_3},
+};
+
+static inline void ahrs_ukf_defaults(ahrs_ukf_params *p, ahrs_ukf_inputs *u) {
+    memset(p, 0, sizeof *p);
+    memset(u, 0, sizeof *u);
+    p->common.sample_time = AHRS_C(0.01);
+    p->common.frame = 0;
+    p->common.declination = AHRS_C(0.0);
+    p->common.gravity = AHRS_C(9.80665);
+    p->common.field_reference = 0;
+    p->common.field_magnitude = AHRS_C(5e-05);
+    p->common.field_dip = AHRS_C(1.1);
+    p->common.initialisation = 0;
+    p->common.q0[0] = AHRS_C(1.0);
+    p->common.q0[1] = AHRS_C(0.0);
+    p->common.q0[2] = AHRS_C(0.0);
+    p->common.q0[3] = AHRS_C(0.0);
+    p->common.init_time = AHRS_C(0.0);
+    p->common.motion_compensation = 0;
+    p->common.motion_time_constant = AHRS_C(1.0);
+    p->common.accel_gating = 0;
+    p->common.accel_gate = AHRS_C(1.0);
+    p->common.accel_gate_time = AHRS_C(10.0);
+    p->common.gyro_zero_samples = 0;
+    p->common.gyro_zero_std = AHRS_C(0.02);
+    p->common.gyro_zero_limit = AHRS_C(0.1);
+    p->common.accel_cutoff = AHRS_C(0.0);
+    p->common.mag_offset[0] = AHRS_C(0.0);
+    p->common.mag_offset[1] = AHRS_C(0.0);
+    p->common.mag_offset[2] = AHRS_C(0.0);
+    p->common.mag_scale[0] = AHRS_C(1.0);
+    p->common.mag_scale[1] = AHRS_C(1.0);
+    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->bias_limit = AHRS_C(0.2);
+    p->gyro_noise = AHRS_C(0.0002);
+    p->gyro_bias_noise = AHRS_C(0.000175);
+    p->accel_noise = AHRS_C(0.1);
+    p->mag_noise = AHRS_C(1e-07);
+    p->motion_noise = AHRS_C(0.5);
+    p->initial_attitude_std = AHRS_C(0.1);
+    p->initial_bias_std = AHRS_C(0.02);
+    p->alpha = AHRS_C(1.0);
+    p->beta = AHRS_C(0.0);
+    p->kappa = AHRS_C(0.0);
+    u->gyro[0] = AHRS_C(0.0);
+    u->gyro[1] = AHRS_C(0.0);
+    u->gyro[2] = AHRS_C(0.0);
+    u->accel[0] = AHRS_C(0.0);
+    u->accel[1] = AHRS_C(0.0);
+    u->accel[2] = AHRS_C(0.0);
+    u->mag[0] = AHRS_C(0.0);
+    u->mag[1] = AHRS_C(0.0);
+    u->mag[2] = AHRS_C(0.0);
+    u->accel_valid = 1;
+    u->mag_valid = 1;
+}
+
+static void ukf_defaults(void *data) {
+    ukf_instance *i = data;
+    memset(i, 0, sizeof *i);
+    ahrs_ukf_defaults(&i->params, &i->inputs);
+}
+
+static void ukf_init(void *data) {
+    ukf_instance *i = data;
+    ahrs_ukf_init(&i->state, &i->params);
+}
+
+static void ukf_update(void *data, ahrs_real dt) {
+    ukf_instance *i = data;
+    ahrs_ukf_update(&i->state, &i->params, &i->inputs, dt);
+}
+
+static void ukf_compute_outputs(void *data) {
+    ukf_instance *i = data;
+    ahrs_ukf_outputs(&i->state, &i->params, &i->outputs);
+}
+
+static const fmu_model ahrs_ukf_model = {
+    "ukf", "UKF", sizeof(ukf_instance), {offsetof(ukf_instance, params), sizeof(((ukf_instance *)0)->params)}, {offsetof(ukf_instance, inputs), sizeof(((ukf_instance *)0)->inputs)}, {offsetof(ukf_instance, outputs), sizeof(((ukf_instance *)0)->outputs)}, {offsetof(ukf_instance, state), sizeof(((ukf_instance *)0)->state)},
+    offsetof(ukf_instance, params.common.sample_time), 0.01,
+    ukf_variables, sizeof ukf_variables / sizeof ukf_variables[0],
+    ukf_limits, sizeof ukf_limits / sizeof ukf_limits[0],
+    ukf_defaults, ukf_init, ukf_update, ukf_compute_outputs};
+
 static const fmu_model *const ahrs_models[] = {
+    &ahrs_adaptive_ckf_model,
+    &ahrs_cg_ekf_model,
+    &ahrs_complementary_model,
     &ahrs_gcf_model,
+    &ahrs_improved_ekf_model,
     &ahrs_kcf_model,
+    &ahrs_mahony_model,
+    &ahrs_mahony_ekf_model,
+    &ahrs_mekf_model,
+    &ahrs_strapdown_model,
+    &ahrs_ukf_model,
 };
 
 /* What a Modelica tool calls: an estimator as an external object (modelica/AHRSExternal). */
