@@ -9,7 +9,16 @@ from typing import Annotated
 import typer
 
 from ahrs_fmu.commands import (
-    benchmark, bode, build, demo, design, export, fmu, replay, reproduce, terminal,
+    benchmark,
+    bode,
+    build,
+    demo,
+    design,
+    export,
+    fmu,
+    replay,
+    reproduce,
+    terminal,
 )
 from ahrs_fmu.errors import AhrsError
 from ahrs_fmu.version import __version__
