@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -196,7 +197,7 @@ class NativeModel:
 
     def run(
         self, dt: ArrayLike, inputs: Mapping[str, NDArray[np.generic]], outputs: Sequence[str]
-    ) -> dict[str, NDArray[np.generic]]:
+    ) -> dict[str, NDArray[Any]]:
         """Run over rows of inputs in one call.
 
         Parameters
@@ -235,7 +236,7 @@ class NativeModel:
         columns = [self._slots[name].column(array.ctypes.data) for name, array in arrays.items()]
         return (_Column * len(columns))(*columns)
 
-    def _empty_columns(self, names: Sequence[str], rows: int) -> dict[str, NDArray[np.generic]]:
+    def _empty_columns(self, names: Sequence[str], rows: int) -> dict[str, NDArray[Any]]:
         """Columns in one piece of memory, which a system hands out faster than many small ones."""
         # The larger elements first: that keeps all of them aligned.
         slots = sorted((self._slots[name] for name in names), key=lambda slot: -slot.column_type.itemsize)

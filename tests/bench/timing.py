@@ -11,9 +11,6 @@ from dataclasses import dataclass, field
 from statistics import median
 from time import monotonic, thread_time_ns
 
-from rich.console import Console
-from rich.progress import Progress
-
 LEAST_ROUNDS = 10
 REPEATS = 3
 
@@ -52,22 +49,23 @@ class Ratio:
             return None
         return cases[self.case].ns / cases[self.base].ns
 
+    def is_missed(self, cases: dict[str, Case]) -> bool:
+        """Whether the ratio is known and beyond its limit."""
+        value = self.value(cases)
+        return value is not None and self.limit is not None and value > self.limit
 
-def measure(cases: Sequence[Case], seconds: float, console: Console) -> int:
-    """Time all cases in turn, again and again for some seconds; returns how often."""
+
+def measure(cases: Sequence[Case], seconds: float) -> None:
+    """Time all cases in turn, again and again for some seconds."""
     gc.disable()
+    end = monotonic() + seconds
     rounds = 0
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("timing", total=seconds)
-        end = monotonic() + seconds
-        while rounds < LEAST_ROUNDS or monotonic() < end:
-            for case in cases:
-                case.call()  # so that what ran before does not matter
-                for _ in range(REPEATS):
-                    start = thread_time_ns()
-                    case.call()
-                    case.times.append((thread_time_ns() - start) / case.rows)
-            rounds += 1
-            progress.update(task, completed=seconds - max(end - monotonic(), 0.0))
+    while rounds < LEAST_ROUNDS or monotonic() < end:
+        for case in cases:
+            case.call()  # so that what ran before does not matter
+            for _ in range(REPEATS):
+                start = thread_time_ns()
+                case.call()
+                case.times.append((thread_time_ns() - start) / case.rows)
+        rounds += 1
     gc.enable()
-    return rounds

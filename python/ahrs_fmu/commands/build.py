@@ -38,7 +38,8 @@ def build(
         list[str] | None, typer.Argument(metavar="MODEL", help="Models to build; default: all of them.")
     ] = None,
     fmi: Annotated[
-        list[FmiVersion] | None, typer.Option(help="FMI version; may be repeated; default: 2 and 3.")
+        list[FmiVersion] | None,
+        typer.Option(metavar="2|3|3-scalar", help="FMI version; may be repeated; default: 2 and 3."),
     ] = None,
     platforms: Annotated[
         list[str] | None,

@@ -44,13 +44,16 @@ def demo(
     """
     out = terminal.OUT
     flight, source = _flight(record)
-    for fmi in get_args(Fmi):
-        path = build_fmu(_MODEL, fmi=fmi, output=output)
-        problems = validate_fmu(path)
-        if problems:
-            raise FmuError(f"{path}: {'; '.join(problems)}")
-        out.print(f"built {path}, {path.stat().st_size / 1000.0:.0f} kB, no problem found")
-    out.print(f"flight: {source}, {len(flight)} samples in {flight.duration:.0f} s")
+    with terminal.progress() as progress:
+        task = progress.add_task("building FMUs", total=len(get_args(Fmi)))
+        for fmi in get_args(Fmi):
+            path = build_fmu(_MODEL, fmi=fmi, output=output)
+            problems = validate_fmu(path)
+            if problems:
+                raise FmuError(f"{path}: {'; '.join(problems)}")
+            out.print(f"built {path}, {path.stat().st_size / 1000.0:.0f} kB, no problem found")
+            progress.advance(task)
+    out.print(f"flight: {source}; {len(flight)} samples in {flight.duration:.0f} s")
     outcomes = [
         run_one(Replay(_MODEL, {}, via, output), flight, output if via == "c" else None)
         for via in get_args(Via)
@@ -66,16 +69,16 @@ def _flight(path: Path | None) -> tuple[Record, str]:
     if path is None and folder and Path(folder).is_dir():
         path = found([Path(folder)])[0]
     if path is None:
-        return demo_flight(), f"generated, because {RECORDINGS_VARIABLE} names no folder with recordings"
+        return demo_flight(), f"generated ({RECORDINGS_VARIABLE} names no folder)"
     return records.read(path), f"recording {path.name}"
 
 
 def _print_comparison(outcomes: list[Outcome]) -> None:
     core = outcomes[0].result.q
-    shown = terminal.table(["GCF through"], ["total", "heading", "inclination", "same bits as C core"])
+    shown = terminal.table(["RMS error of GCF via"], ["total", "heading", "inclination", "bits as C core"])
     for via, outcome in zip(get_args(Via), outcomes, strict=True):
         errors = outcome.rms.degrees() if outcome.rms is not None else {}
         cells = (f"{errors[name]:.2f}°" if errors else "" for name in ("total", "heading", "inclination"))
-        same = "yes" if np.array_equal(outcome.result.q, core) else "no"
+        same = "same" if np.array_equal(outcome.result.q, core) else "other"
         shown.add_row(via, *cells, same)
     terminal.OUT.print(shown)

@@ -27,7 +27,7 @@ def info(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="The .fmu file.
     """Show what an FMU is, and its variables."""
     held = read_info(fmu)
     out = terminal.OUT
-    out.print(f"{held.model}: {held.description}")
+    terminal.prose(f"{held.model}: {held.description}")
     out.print(f"FMI {held.fmi_version} co-simulation, {held.size / 1000.0:.0f} kB, made by {held.tool}")
     out.print(f"platforms: {', '.join(held.platforms) or 'none'}")
     out.print(f"capabilities: {', '.join(held.capabilities) or 'none'}")
@@ -56,5 +56,6 @@ def _print_variables(held: FmuInfo, causality: str) -> None:
     for v in variables:
         value = " ".join(part for part in (v.start, v.unit) if part)
         facts = [value, v.limits, v.variability if causality == "parameter" else ""]
-        terminal.OUT.print(f"  {v.name}: {', '.join(fact for fact in facts if fact)}")
-        terminal.OUT.print(f"      {v.description}")
+        told = ", ".join(fact for fact in facts if fact)
+        terminal.prose(f"{v.name}: {told}" if told else v.name, indent=2, hanging=2)
+        terminal.prose(v.description, indent=6)

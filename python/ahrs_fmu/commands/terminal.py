@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from textwrap import fill
 
 import typer
 from rich.box import SIMPLE_HEAD
@@ -24,6 +25,16 @@ def table(left: Iterable[str], right: Iterable[str] = ()) -> Table:
     for column in right:
         made.add_column(column, justify="right", no_wrap=True)
     return made
+
+
+def prose(text: str, indent: int = 0, hanging: int = 0) -> None:
+    """Print sentences; a terminal gets lines broken between words, those after the first set in further."""
+    first = " " * indent
+    if OUT.is_terminal:
+        text = fill(text, OUT.width, initial_indent=first, subsequent_indent=first + " " * hanging)
+    else:
+        text = first + text
+    OUT.print(text)
 
 
 def progress() -> Progress:

@@ -95,10 +95,12 @@ def read_info(path: Path) -> FmuInfo:
 def _variable(v: Any) -> VariableInfo:
     declared = v.declaredType
     unit = v.unit or (declared.unit if declared is not None else None) or ""
+    if unit == "1":
+        unit = ""
     display = v.displayUnit or (declared.displayUnit if declared is not None else None)
     shape = f" ({', '.join(str(d.start) for d in v.dimensions)})" if v.dimensions else ""
     choices = ", ".join(item.name for item in declared.items) if declared is not None else ""
-    limits = " to ".join(text for text in (v.min, v.max) if text is not None)
+    limits = " to ".join(f"{float(text):.6g}" for text in (v.min, v.max) if text is not None)
     return VariableInfo(
         name=f"{v.name}{shape}",
         causality=v.causality or "",

@@ -156,6 +156,8 @@ class Record:
     def in_frame(self, frame: Frame | str) -> Record:
         """Return the same recording in the axes of `frame`, a `Frame` or its name."""
         frame = Frame(frame)
+        if frame is self.frame:
+            return self
         return replace(
             self,
             frame=frame,
