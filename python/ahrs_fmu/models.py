@@ -62,11 +62,11 @@ class AdaptiveCKF(Estimator):
     warm_up : int, default 200
         Samples that the given noise covariances count for when the estimation begins.
     measurement_variance_min : float, default 0.0001
-        Least eigenvalue of the estimated measurement covariance, in m2/s4 and rad2. Must be at
-        least 1e-12 and at most 1e+06.
+        Least eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is
+        r_only or qr_safe. Must be at least 1e-12 and at most 1e+06.
     measurement_variance_max : float, default 1000.0
-        Largest eigenvalue of the estimated measurement covariance, in m2/s4 and rad2. Must be at
-        least 1e-12 and at most 1e+06.
+        Largest eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is
+        r_only or qr_safe. Must be at least 1e-12 and at most 1e+06.
     process_variance_min : float, default 1e-08
         Least eigenvalue of the process covariance per sample, when adaptation is qr_safe. Must be
         at least 1e-12 and at most 1.
@@ -892,8 +892,8 @@ class KCF(Estimator):
         What a gyroscope sample stands for, used with refine.
     refine : bool, default True
         Correct the averaged tilt for what has since been learned of the gyroscope, join rate
-        samples to second order, let both hypotheses share one field until the body has turned;
-        false: the plain equations, for comparison.
+        samples to second order, keep north through a change of the field; false: the plain
+        equations, for comparison.
     bias_std : float, default 0.017453292519943295
         Gyroscope bias before anything is learned, standard deviation per axis [rad/s]. Must be at
         least 0 and at most 1.
@@ -922,8 +922,8 @@ class KCF(Estimator):
         Latency of the magnetometer against the gyroscope, standard deviation [s]. Must be at
         least 0 and at most 0.1.
     mag_density : float, default 0.1
-        Noise density of the field with everything that varies slowly in it, of the local field
-        [s0.5]. Must be at least 1e-06 and at most 10.
+        Deviation of the mean of the field over one second, with everything that varies slowly in
+        it, of the local field. Must be at least 1e-06 and at most 10.
     mag_noise : float, default 0.03
         Usual deviation of one magnetometer sample from the expected field, of the local field.
         Must be at least 1e-06 and at most 10.
@@ -932,15 +932,17 @@ class KCF(Estimator):
     mag_tilt_noise : float, default 0.3
         Additional deviation while the first tilt settles. Must be at least 0 and at most 10.
     hard_iron_walk : float, default 0.0003
-        Random walk of the hard iron, of the local field [s-0.5]. Must be at least 0 and at most
-        1.
+        Random walk of the hard iron: standard deviation after one second, of the local field.
+        Must be at least 0 and at most 1.
     field_walk : float, default 0.0002
-        Random walk of the local field, of itself [s-0.5]. Must be at least 0 and at most 1.
+        Random walk of the local field: standard deviation after one second, of itself. Must be at
+        least 0 and at most 1.
     heading_walk : float, default 0.001
-        Random walk of the integrated heading [rad/s0.5]. Must be at least 0 and at most 1.
+        Random walk of the integrated heading: standard deviation after one second [rad]. Must be
+        at least 0 and at most 1.
     heading_rate_walk : float, default 0.0015
-        Random walk of the integrated heading per angular rate [s0.5]. Must be at least 0 and at
-        most 1.
+        Random walk of the integrated heading per angular rate: standard deviation after one
+        second at one rad/s [s]. Must be at least 0 and at most 1.
     jump_time : float, default 0.5
         Time over which a misfit of the field is averaged before it counts as a change [s]. Must
         be at least 0.01 and at most 60.

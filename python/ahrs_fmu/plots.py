@@ -45,6 +45,7 @@ STYLE = {
     "ytick.major.width": 0.6,
     "svg.hashsalt": "ahrs-fmu",
 }
+"""Look of every figure."""
 
 
 def replay_figure(record: Record, q: FloatArray, label: str) -> Figure:

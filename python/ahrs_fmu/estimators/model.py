@@ -102,6 +102,14 @@ class NumpyModel:
         numbers = self._numbers(name, values)
         return numbers if self._variables[name].size > 1 else numbers[..., None]
 
+    def set_inputs(self, inputs: Mapping[str, NDArray[np.generic]]) -> None:
+        """Write all inputs at once: arrays of their own that have the shape and type of `get`."""
+        self._inputs = dict(inputs)
+
+    def outputs(self) -> dict[str, NDArray[np.generic]]:
+        """Every output as it is now: (...) or (..., size)."""
+        return self._filter.outputs()
+
     def reset(self) -> None:
         """State as before the first sample."""
         self._filter.reset()
