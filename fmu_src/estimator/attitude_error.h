@@ -30,21 +30,25 @@ static inline ahrs_vec3 ahrs_tilt_error(ahrs_vec3 down, ahrs_vec3 force) {
     return sine > 0 ? ahrs_vec3_scale(cross, ahrs_atan2(sine, ahrs_vec3_dot(measured, down)) / sine) : cross;
 }
 
+/* Whether both vectors together show an attitude. The front end has looked at the accelerometer as read; here it is the
+ * one that motion compensation leaves. */
+static inline bool ahrs_shows_attitude(const ahrs_sample *z) {
+    return z->accel_usable && z->mag_usable && ahrs_has_horizontal_part(z->mag, z->accel);
+}
+
 /* The rotation from a predicted attitude to the one that accelerometer and magnetometer show; of what cannot be used,
  * the prediction is kept. */
 static inline ahrs_vec3 ahrs_attitude_error(ahrs_quat q, const ahrs_sample *z) {
-    if (!z->accel_usable) {
-        return ahrs_decoupled_error(ahrs_quat_to_mat3(q), z);
+    if (ahrs_shows_attitude(z)) {
+        return ahrs_quat_log(ahrs_quat_mul(ahrs_quat_conj(q), ahrs_attitude_of(z->accel, z->mag)));
     }
-    if (!z->mag_usable) {
-        return ahrs_tilt_error(ahrs_quat_down(q), z->accel);
-    }
-    return ahrs_quat_log(ahrs_quat_mul(ahrs_quat_conj(q), ahrs_attitude_of(z->accel, z->mag)));
+    return z->accel_usable ? ahrs_tilt_error(ahrs_quat_down(q), z->accel)
+                           : ahrs_decoupled_error(ahrs_quat_to_mat3(q), z);
 }
 
 /* The attitude that accelerometer and magnetometer show, with the sign of the predicted one. */
 static inline ahrs_quat ahrs_measured_attitude(ahrs_quat q, const ahrs_sample *z) {
-    if (z->accel_usable && z->mag_usable) {
+    if (ahrs_shows_attitude(z)) {
         return ahrs_quat_near(ahrs_attitude_of(z->accel, z->mag), q);
     }
     return ahrs_quat_turn(q, ahrs_attitude_error(q, z));

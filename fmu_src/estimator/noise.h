@@ -5,8 +5,8 @@
 
 #include "estimator.h"
 
-/* rad/s: how wrong a rate is that was not measured, because a sample was unusable or the step too long. */
-#define AHRS_HELD_RATE AHRS_C(0.5)
+/* rad/s/sqrt(Hz): how wrong a rate is that was not measured, because a sample was unusable or the step too long. */
+#define AHRS_HELD_NOISE AHRS_C(0.1)
 
 /* Of white noise in one sample; the sensor's interval, whatever the step since the sample before. */
 static inline ahrs_real ahrs_sample_variance(const ahrs_estimator_params *p, ahrs_real density) {
@@ -15,10 +15,8 @@ static inline ahrs_real ahrs_sample_variance(const ahrs_estimator_params *p, ahr
 
 /* Of the rotation in one step, rad2. */
 static inline ahrs_real ahrs_turn_variance(const ahrs_estimator_state *s, const ahrs_sample *z, ahrs_real density) {
-    const ahrs_real measured = density * density * z->dt;
     const bool held = ahrs_condition(s, AHRS_GYRO_HELD) || !(z->gain_dt > 0);
-    const ahrs_real turn = AHRS_HELD_RATE * z->dt;
-    return held ? measured + turn * turn : measured;
+    return (density * density + (held ? AHRS_HELD_NOISE * AHRS_HELD_NOISE : 0)) * z->dt;
 }
 
 /* Of what motion compensation leaves of a changing acceleration, (m/s2)2: it is that of the sample before. */

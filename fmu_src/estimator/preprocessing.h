@@ -18,8 +18,8 @@
  * not a number, stays one. */
 AHRS_INLINE ahrs_vec3 ahrs_calibrated_mag(const ahrs_estimator_params *p, const ahrs_real mag[3]) {
     const bool measured = mag[0] != 0 || mag[1] != 0 || mag[2] != 0;
-    const ahrs_vec3 m = {(mag[0] - p->mag_offset[0]) * p->mag_scale[0], (mag[1] - p->mag_offset[1]) * p->mag_scale[1],
-                         (mag[2] - p->mag_offset[2]) * p->mag_scale[2]};
+    const ahrs_vec3 m = {(mag[0] - p->mag_offset[0]) * p->mag_gain[0], (mag[1] - p->mag_offset[1]) * p->mag_gain[1],
+                         (mag[2] - p->mag_offset[2]) * p->mag_gain[2]};
     return measured ? m : (ahrs_vec3){0, 0, 0};
 }
 

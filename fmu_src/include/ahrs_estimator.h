@@ -51,7 +51,7 @@ typedef struct {
     ahrs_real gyro_zero_limit; /* Largest zero of the gyroscope that is believed; more is a rotation [rad/s] */
     ahrs_real accel_cutoff; /* Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off [Hz] */
     ahrs_real mag_offset[3]; /* Hard iron, subtracted from the magnetometer, body axes [T] */
-    ahrs_real mag_scale[3]; /* What the magnetometer without its offset is multiplied with, body axes [1] */
+    ahrs_real mag_gain[3]; /* What the magnetometer without its offset is multiplied with, body axes [1] */
     int32_t frame; /* Navigation and body frame of inputs and outputs (enumeration frame) */
     int32_t field_reference; /* Where the local magnetic field is known from (enumeration field_reference) */
     int32_t initialisation; /* Where the first attitude comes from (enumeration initialisation) */

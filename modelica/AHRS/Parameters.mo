@@ -38,7 +38,7 @@ package Parameters "Defaults of the models, generated from their descriptors"
     constant Real gyro_zero_limit = 0.1 "Largest zero of the gyroscope that is believed; more is a rotation [rad/s]";
     constant Real accel_cutoff = 0.0 "Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off [Hz]";
     constant Real mag_offset[3] = {0.0, 0.0, 0.0} "Hard iron, subtracted from the magnetometer, body axes [T]";
-    constant Real mag_scale[3] = {1.0, 1.0, 1.0} "What the magnetometer without its offset is multiplied with, body axes";
+    constant Real mag_gain[3] = {1.0, 1.0, 1.0} "What the magnetometer without its offset is multiplied with, body axes";
     constant Real kp = 0.5 "Proportional gain: about the crossover frequency between accelerometer/magnetometer and gyroscope [rad/s]";
     constant Real ki = 0.1 "Integral gain: how fast the gyroscope bias is learned; 0 makes the filter first order [rad2/s2]";
     constant Real kii = 0.0 "Double integral gain: follows a ramp of the gyroscope bias; 0 leaves the filter second order [rad3/s3]";
@@ -126,7 +126,7 @@ package Parameters "Defaults of the models, generated from their descriptors"
     constant Real gyro_zero_limit = 0.1 "Largest zero of the gyroscope that is believed; more is a rotation [rad/s]";
     constant Real accel_cutoff = 0.0 "Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off [Hz]";
     constant Real mag_offset[3] = {0.0, 0.0, 0.0} "Hard iron, subtracted from the magnetometer, body axes [T]";
-    constant Real mag_scale[3] = {1.0, 1.0, 1.0} "What the magnetometer without its offset is multiplied with, body axes";
+    constant Real mag_gain[3] = {1.0, 1.0, 1.0} "What the magnetometer without its offset is multiplied with, body axes";
     constant Real kp = 1.0 "Proportional gain: about the crossover frequency between accelerometer/magnetometer and gyroscope [rad/s]";
     constant Real ki = 0.1 "Integral gain: how fast the gyroscope bias is learned; 0 switches that off [rad2/s2]";
     constant Real bias_limit = 0.2 "Largest gyroscope bias that is learned, per axis [rad/s]";

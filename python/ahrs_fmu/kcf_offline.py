@@ -1,6 +1,6 @@
 """The KCF for recordings: forward in time, then backward with all that was learned, then both together.
 
-The forward pass knows the past of every sample; the backward pass is the same C filter, going on from where
+The forward pass knows the past of every sample. The backward pass is the same C filter: it goes on from where
 the forward pass ended, over the recording turned around in time, and knows the whole recording when it comes
 to a sample. Their errors differ where the filter was still learning and after every change of the field, so
 that the middle between them is better than either (docs/accuracy.md).

@@ -8,21 +8,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from ahrs_fmu.estimator import Estimator
+from ahrs_fmu.estimator import Backend, Estimator
 from ahrs_fmu.host_library import Precision
 
 __all__ = [
-    "AdaptiveCKF",
     "CGEKF",
-    "Complementary",
     "GCF",
-    "ImprovedEKF",
     "KCF",
+    "MEKF",
+    "UKF",
+    "AdaptiveCKF",
+    "Complementary",
+    "ImprovedEKF",
     "Mahony",
     "MahonyEKF",
-    "MEKF",
     "Strapdown",
-    "UKF",
 ]
 
 
@@ -51,7 +51,7 @@ class AdaptiveCKF(Estimator):
         Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation.
         Must be at least 0 and at most 1000.
     initial_attitude_std : float, default 0.063
-        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 10.
+        Standard deviation of the first attitude [rad]. Must be at least 0.0001 and at most 0.5.
     adaptation : {"none", "r_only", "qr_safe", "textbook", "printed"}, default "r_only"
         Which noise covariances are estimated.
     process_noise : {"gyro", "isotropic"}, default "gyro"
@@ -62,11 +62,11 @@ class AdaptiveCKF(Estimator):
     warm_up : int, default 200
         Samples that the given noise covariances count for when the estimation begins.
     measurement_variance_min : float, default 0.0001
-        Least eigenvalue of the estimated measurement covariance, in m2/s4 and rad2. Must be at
-        least 1e-12 and at most 1e+06.
+        Least eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is
+        r_only or qr_safe. Must be at least 1e-12 and at most 1e+06.
     measurement_variance_max : float, default 1000.0
-        Largest eigenvalue of the estimated measurement covariance, in m2/s4 and rad2. Must be at
-        least 1e-12 and at most 1e+06.
+        Largest eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is
+        r_only or qr_safe. Must be at least 1e-12 and at most 1e+06.
     process_variance_min : float, default 1e-08
         Least eigenvalue of the process covariance per sample, when adaptation is qr_safe. Must be
         at least 1e-12 and at most 1.
@@ -127,11 +127,13 @@ class AdaptiveCKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -176,8 +178,9 @@ class AdaptiveCKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "adaptive_ckf",
@@ -216,9 +219,10 @@ class AdaptiveCKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -299,11 +303,13 @@ class CGEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -339,8 +345,9 @@ class CGEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "cg_ekf",
@@ -370,9 +377,10 @@ class CGEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -442,11 +450,13 @@ class Complementary(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -478,8 +488,9 @@ class Complementary(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "complementary",
@@ -505,9 +516,10 @@ class Complementary(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -600,11 +612,13 @@ class GCF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -644,8 +658,9 @@ class GCF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "gcf",
@@ -679,9 +694,10 @@ class GCF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -762,11 +778,13 @@ class ImprovedEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -802,8 +820,9 @@ class ImprovedEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "improved_ekf",
@@ -833,9 +852,10 @@ class ImprovedEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -872,8 +892,8 @@ class KCF(Estimator):
         What a gyroscope sample stands for, used with refine.
     refine : bool, default True
         Correct the averaged tilt for what has since been learned of the gyroscope, join rate
-        samples to second order, let both hypotheses share one field until the body has turned;
-        false: the plain equations, for comparison.
+        samples to second order, keep north through a change of the field; false: the plain
+        equations, for comparison.
     bias_std : float, default 0.017453292519943295
         Gyroscope bias before anything is learned, standard deviation per axis [rad/s]. Must be at
         least 0 and at most 1.
@@ -902,8 +922,8 @@ class KCF(Estimator):
         Latency of the magnetometer against the gyroscope, standard deviation [s]. Must be at
         least 0 and at most 0.1.
     mag_density : float, default 0.1
-        Noise density of the field with everything that varies slowly in it, of the local field
-        [s0.5]. Must be at least 1e-06 and at most 10.
+        Deviation of the mean of the field over one second, with everything that varies slowly in
+        it, of the local field. Must be at least 1e-06 and at most 10.
     mag_noise : float, default 0.03
         Usual deviation of one magnetometer sample from the expected field, of the local field.
         Must be at least 1e-06 and at most 10.
@@ -912,15 +932,17 @@ class KCF(Estimator):
     mag_tilt_noise : float, default 0.3
         Additional deviation while the first tilt settles. Must be at least 0 and at most 10.
     hard_iron_walk : float, default 0.0003
-        Random walk of the hard iron, of the local field [s-0.5]. Must be at least 0 and at most
-        1.
+        Random walk of the hard iron: standard deviation after one second, of the local field.
+        Must be at least 0 and at most 1.
     field_walk : float, default 0.0002
-        Random walk of the local field, of itself [s-0.5]. Must be at least 0 and at most 1.
+        Random walk of the local field: standard deviation after one second, of itself. Must be at
+        least 0 and at most 1.
     heading_walk : float, default 0.001
-        Random walk of the integrated heading [rad/s0.5]. Must be at least 0 and at most 1.
+        Random walk of the integrated heading: standard deviation after one second [rad]. Must be
+        at least 0 and at most 1.
     heading_rate_walk : float, default 0.0015
-        Random walk of the integrated heading per angular rate [s0.5]. Must be at least 0 and at
-        most 1.
+        Random walk of the integrated heading per angular rate: standard deviation after one
+        second at one rad/s [s]. Must be at least 0 and at most 1.
     jump_time : float, default 0.5
         Time over which a misfit of the field is averaged before it counts as a change [s]. Must
         be at least 0.01 and at most 60.
@@ -988,11 +1010,13 @@ class KCF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1054,8 +1078,9 @@ class KCF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "kcf",
@@ -1111,9 +1136,10 @@ class KCF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1189,11 +1215,13 @@ class Mahony(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1227,8 +1255,9 @@ class Mahony(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mahony",
@@ -1256,9 +1285,10 @@ class Mahony(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1351,11 +1381,13 @@ class MahonyEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1395,8 +1427,9 @@ class MahonyEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mahony_ekf",
@@ -1430,9 +1463,10 @@ class MahonyEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1521,11 +1555,13 @@ class MEKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1564,8 +1600,9 @@ class MEKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mekf",
@@ -1598,9 +1635,10 @@ class MEKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1667,11 +1705,13 @@ class Strapdown(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1702,8 +1742,9 @@ class Strapdown(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "strapdown",
@@ -1728,9 +1769,10 @@ class Strapdown(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1827,11 +1869,13 @@ class UKF(Estimator):
     mag_offset : sequence of float, default (0.0, 0.0, 0.0)
         Hard iron, subtracted from the magnetometer, body axes [T]. Must be at least -0.01 and at
         most 0.01.
-    mag_scale : sequence of float, default (1.0, 1.0, 1.0)
+    mag_gain : sequence of float, default (1.0, 1.0, 1.0)
         What the magnetometer without its offset is multiplied with, body axes. Must be at least
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1873,8 +1917,9 @@ class UKF(Estimator):
         gyro_zero_limit: float = 0.1,
         accel_cutoff: float = 0.0,
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
-        mag_scale: Sequence[float] = (1.0, 1.0, 1.0),
+        mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "ukf",
@@ -1910,9 +1955,10 @@ class UKF(Estimator):
                 "gyro_zero_limit": gyro_zero_limit,
                 "accel_cutoff": accel_cutoff,
                 "mag_offset": mag_offset,
-                "mag_scale": mag_scale,
+                "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 

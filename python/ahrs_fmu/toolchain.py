@@ -137,13 +137,13 @@ def compile_library(
     compiling = [
         *target,
         *FLAGS,
-        *([] if windows else ["-fPIC"]),
+        # Half of a Windows library is the runtime it carries along: there, all is built for size.
+        *(["-Os", "-fslp-vectorize"] if windows else ["-fPIC"]),
         *(["-fvisibility=hidden"] if hide_symbols else []),
     ]
     compiling += [f"-I{folder.resolve()}" for folder in include]
     compiling += [word for folder in system_include for word in ("-isystem", str(folder.resolve()))]
     compiling += [f"-D{name}" for name in define]
-    # The runtime that Windows libraries carry along is built as the link asks: small.
     linking = [*target, "-shared", "-s", *(["-Os"] if windows else ["-O2", "-lm"])]
     linking += [f"-Wl,-install_name,@rpath/{output.name}"] if darwin else []
     with tempfile.TemporaryDirectory(dir=output.parent) as name:
@@ -168,8 +168,8 @@ def _compiler(folder: Path, what: str, platform: str, arguments: Sequence[str]) 
 
 
 def fingerprint(files: Sequence[Path], *texts: str) -> str:
-    """Short hash of the contents of `files`, their names, the compiler flags and `texts`."""
-    digest = hashlib.sha256("\0".join([*FLAGS, *texts]).encode())
+    """Short hash of the contents of `files`, their names, how this module compiles, and `texts`."""
+    digest = hashlib.sha256(Path(__file__).read_bytes() + "\0".join(texts).encode())
     for file in sorted(files):
         digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()[:16]

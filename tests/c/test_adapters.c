@@ -62,7 +62,7 @@ void test_free(void *memory) {
 
 static struct {
     int lines, status;
-    char category[64], message[2048];
+    char category[64], message[FMU_WHY_SIZE];
 } last;
 
 static void keep(int status, const char *category, const char *message) {
@@ -113,6 +113,13 @@ static void test_close(void *process) {
     core_engine.close(process);
 }
 
+static void test_reset(void *process) {
+    ((test_process *)process)->ticks = 0;
+    core_engine.reset(process);
+}
+
+static const char *test_said(void *process) { return core_engine.said(process); }
+
 static bool test_start(void *process, const fmu_model *model, void *instance, fmu_why *why) {
     ((test_process *)process)->ticks = 0;
     return passes(AT_START, why) && core_engine.start(process, model, instance, why);
@@ -147,8 +154,8 @@ static bool test_restore(void *process, const void *bytes, size_t size, fmu_why 
     return passes(AT_RESTORE, why);
 }
 
-const fmu_engine fmu_the_engine = {sizeof(test_process), test_open, test_close,   test_start,
-                                   test_run,             test_outputs, test_save, test_restore};
+const fmu_engine fmu_the_engine = {sizeof(test_process), test_open, test_close,   test_reset,   test_start,
+                                   test_run,             test_outputs, test_save, test_restore, test_said};
 
 /* ---------------------------------------------------------------- helpers */
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import zipfile
 from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
 from dataclasses import dataclass
@@ -65,6 +66,8 @@ class Library:
         name = platform if self.version == 3 else _PLATFORM_2[platform.rsplit("-", 1)[1]]
         self.binary = folder / "binaries" / name / f"{self.title}{suffix(platform)}"
         self.c = ctypes.CDLL(str(self.binary))
+        resources = folder.resolve() / "resources"
+        self.resources = resources.as_uri().encode() if self.version == 2 else f"{resources}{os.sep}".encode()
 
     @staticmethod
     def _group(rows: list[tuple[str, int, int, str]]) -> dict[str, Known]:
@@ -126,7 +129,9 @@ class Instance:
             callbacks = _Callbacks2(self._logger, None, None, None, None)
             create = self.c.fmi2Instantiate
             create.restype = c_void_p
-            self.handle = create(name.encode(), 1, token.encode(), b"", byref(callbacks), 0, int(logging))
+            self.handle = create(
+                name.encode(), 1, token.encode(), library.resources, byref(callbacks), 0, int(logging)
+            )
             # An importer may free its structure at once: nothing may read it later.
             ctypes.memset(byref(callbacks), 0xAA, ctypes.sizeof(callbacks))
         else:
@@ -150,7 +155,7 @@ class Instance:
             self.handle = create(
                 name.encode(),
                 token.encode(),
-                b"",
+                library.resources,
                 False,
                 logging,
                 False,

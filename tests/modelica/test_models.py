@@ -95,16 +95,17 @@ def test_the_quadrotor_flies_as_the_fmu(simulate: Simulate, plots: Path, loop_fm
 
 
 @pytest.mark.parametrize(
-    ("block", "parameters"), [("gcf", {}), ("third", {"kp": 1.0, "ki": 0.3, "kii": 0.05})]
+    ("block", "model", "parameters"),
+    [("gcf", "gcf", {}), ("third", "gcf", {"kp": 1.0, "ki": 0.3, "kii": 0.05}), ("mahony", "mahony", {})],
 )
-def test_the_sampled_gcf_gives_the_attitude_of_the_c_core(
-    simulate: Simulate, plots: Path, block: str, parameters: dict[str, float]
+def test_sampled_filters_give_the_attitude_of_the_c_core(
+    simulate: Simulate, plots: Path, block: str, model: str, parameters: dict[str, float]
 ) -> None:
     y, dt = simulate("AHRSTest.SampledFilters"), 0.02
     inputs = {name: y[f"imu.imu.{name}"][1:] for name in ("gyro", "accel", "mag")}
     ticks = len(y.time) - 1
     assert ticks == 1000
-    ours = native("gcf", sample_time=dt, **parameters).run(
+    ours = native(model, sample_time=dt, **parameters).run(
         np.full(ticks, dt), inputs, ["q", "gyro_bias", "rate"]
     )
     difference = np.abs(y[f"{block}.q"][1:] - ours["q"]).max(axis=1)
@@ -126,8 +127,6 @@ def test_the_sampled_gcf_gives_the_attitude_of_the_c_core(
 
 @pytest.mark.parametrize("block", ["gcf", "mahony"])
 def test_sampled_filters_begin_and_lose_sensors_as_the_c_core_does(simulate: Simulate, block: str) -> None:
-    if block not in descriptors.names():
-        pytest.skip(f"the C core has no {block}")
     y, dt = simulate("AHRSTest.Dropouts"), 0.02
     # The changes of validity lie between the ticks and have rows of their own.
     ticks = np.flatnonzero(np.abs(y.time / dt - np.round(y.time / dt)) < 1e-6)[1:]
@@ -140,22 +139,6 @@ def test_sampled_filters_begin_and_lose_sensors_as_the_c_core_does(simulate: Sim
     assert np.abs(y[f"{block}.q"][ticks] - ours["q"]).max() < 1e-10
     assert np.abs(y[f"{block}.gyro_bias"][ticks] - ours["gyro_bias"]).max() < 1e-10
     assert np.abs(np.asarray(ours["gyro_bias"])).max() == 0.003
-
-
-def test_mahony_follows_its_own_equations(simulate: Simulate) -> None:
-    """The filter written out in numpy: one rotation for rate and correction."""
-    y, dt = simulate("AHRSTest.SampledFilters"), 0.02
-    gyro, accel, mag = (y[f"imu.imu.{name}"][1:] for name in ("gyro", "accel", "mag"))
-    q, bias = y["mahony.q"][1], np.zeros(3)
-    for k in range(1, len(gyro)):
-        predicted = quaternion.multiply(q, quaternion.exp(dt * (gyro[k] - bias)))
-        c = quaternion.to_matrix(predicted)
-        field = c @ mag[k]
-        error = np.cross(accel[k] / np.linalg.norm(accel[k]), -c[2]) - field[1] / np.hypot(*field[:2]) * c[2]
-        bias = bias - 0.1 * dt * error
-        q = quaternion.normalise(quaternion.multiply(q, quaternion.exp(dt * (gyro[k] - bias + 1.0 * error))))
-    assert rotation_between(y["mahony.q"][-1], q) < 1e-10
-    assert np.abs(y["mahony.gyro_bias"][-1] - bias).max() < 1e-12
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 /* Cubature Kalman filter on the quaternion with Sage-Husa noise estimation (docs/algorithms.md section 3). */
 #include "ahrs_adaptive_ckf.h"
+#include "attitude_error.h"
 #include "increment.h"
 #include "noise.h"
 #include "quaternion_covariance.h"
@@ -9,6 +10,9 @@ enum { N = 4, HEADING = 3, TRIANGLE = AHRS_TRIANGLE(4) };
 
 /* Beyond this pitch (85 deg) the heading is not measured. */
 static const ahrs_real SINE_OF_PITCH_MAX = AHRS_C(0.9961946980917455);
+
+/* Sum of the variances of the quaternion's elements, that of a rotation by one radian: as good as unknown. */
+static const ahrs_real SPREAD_MAX = AHRS_C(0.25);
 
 /* A correction on its way: innovation v, its covariance S, gain K, and K v. */
 typedef struct {
@@ -53,6 +57,18 @@ static void given_process_noise(const ahrs_adaptive_ckf_state *s, const ahrs_ada
     ahrs_quat_covariance_set(out, p->quaternion_noise * p->quaternion_noise * z->dt);
     if (p->process_noise == AHRS_ADAPTIVE_CKF_PROCESS_NOISE_GYRO) {
         ahrs_quat_covariance_spread(out, q, AHRS_C(0.25) * ahrs_turn_variance(&s->common, z, p->gyro_noise));
+    }
+}
+
+/* Keeps the points of a quaternion that nothing measures near unit length. */
+static void limit_spread(ahrs_real covariance[TRIANGLE]) {
+    ahrs_real sum = 0;
+    for (int32_t i = 0; i < N; i++) {
+        sum += ahrs_of(covariance, i, i);
+    }
+    const ahrs_real scale = sum > SPREAD_MAX ? SPREAD_MAX / sum : 1;
+    for (int32_t i = 0; i < TRIANGLE; i++) {
+        covariance[i] *= scale;
     }
 }
 
@@ -153,7 +169,8 @@ static void keep_within(ahrs_real a[TRIANGLE], ahrs_real low, ahrs_real high) {
     }
 }
 
-/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. */
+/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. The published
+ * forms know no limits. */
 static void adapt_measurement(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const correction *c,
                               ahrs_quat q, ahrs_real d) {
     ahrs_real h[N][N], left[N];
@@ -173,7 +190,9 @@ static void adapt_measurement(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ck
             *r = (1 - d) * *r + d * sum;
         }
     }
-    keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
+    if (p->adaptation <= AHRS_ADAPTIVE_CKF_ADAPTATION_QR_SAFE) {
+        keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
+    }
 }
 
 /* Q := (1 - d) Q + d (K v v' K' + P - F P F'): without the last two terms for qr_safe, with the P of the sample before
@@ -202,7 +221,7 @@ static void adapt_process(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_pa
 static bool correct(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const ahrs_sample *z,
                     ahrs_quat turn, const ahrs_real turned[TRIANGLE], ahrs_quat *q) {
     const bool level = ahrs_abs(ahrs_quat_down(*q).x) < SINE_OF_PITCH_MAX;
-    correction c = {.rows = z->mag_usable && level ? N : HEADING};
+    correction c = {.rows = level && ahrs_shows_attitude(z) ? N : HEADING};
     if (!measure(s, p, z, *q, &c)) {
         return false;
     }
@@ -249,6 +268,7 @@ void ahrs_adaptive_ckf_update(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ck
     for (int32_t i = 0; i < TRIANGLE; i++) {
         s->covariance[i] += s->process[i];
     }
+    limit_spread(s->covariance);
     if (z.gain_dt > 0 && z.accel_usable && !correct(s, p, &z, turn, turned, &q)) {
         start(s, p);
         s->common.conditions |= AHRS_COVARIANCE_RESET;

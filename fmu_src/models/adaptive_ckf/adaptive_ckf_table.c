@@ -50,13 +50,13 @@ static const fmu_variable variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"gyro_noise", 1040, 1, offsetof(instance, params.gyro_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 100.0},
     {"accel_noise", 1042, 1, offsetof(instance, params.accel_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 1000.0},
     {"heading_noise", 1044, 1, offsetof(instance, params.heading_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
     {"quaternion_noise", 1046, 1, offsetof(instance, params.quaternion_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
     {"motion_noise", 1047, 1, offsetof(instance, params.motion_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 1000.0},
-    {"initial_attitude_std", 1048, 1, offsetof(instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 10.0},
+    {"initial_attitude_std", 1048, 1, offsetof(instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 0.5},
     {"adaptation", 1070, 1, offsetof(instance, params.adaptation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 4.0},
     {"process_noise", 1071, 1, offsetof(instance, params.process_noise), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
     {"forgetting", 1072, 1, offsetof(instance, params.forgetting), FMU_REAL, FMU_FIXED, FMU_MAX_OPEN, 0.5, 1.0},
@@ -146,9 +146,9 @@ void ahrs_adaptive_ckf_defaults(ahrs_adaptive_ckf_params *p, ahrs_adaptive_ckf_i
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->gyro_noise = AHRS_C(0.006);
     p->accel_noise = AHRS_C(0.1);
     p->heading_noise = AHRS_C(0.0316);

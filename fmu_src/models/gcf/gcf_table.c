@@ -48,7 +48,7 @@ static const fmu_variable variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"kp", 1000, 1, offsetof(instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
     {"ki", 1001, 1, offsetof(instance, params.ki), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000.0},
     {"kii", 1002, 1, offsetof(instance, params.kii), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000000.0},
@@ -163,9 +163,9 @@ void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->kp = AHRS_C(0.5);
     p->ki = AHRS_C(0.1);
     p->kii = AHRS_C(0.0);

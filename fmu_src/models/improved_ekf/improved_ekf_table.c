@@ -50,7 +50,7 @@ static const fmu_variable variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"gyro_noise", 1040, 1, offsetof(instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
     {"attitude_noise", 1045, 1, offsetof(instance, params.attitude_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
     {"motion_noise", 1047, 1, offsetof(instance, params.motion_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
@@ -113,9 +113,9 @@ void ahrs_improved_ekf_defaults(ahrs_improved_ekf_params *p, ahrs_improved_ekf_i
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->gyro_noise = AHRS_C(0.01);
     p->attitude_noise = AHRS_C(0.002);
     p->accel_distrust = AHRS_C(1.0);

@@ -49,7 +49,7 @@ static const fmu_variable variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"hard_iron", 300, 3, offsetof(instance, outputs.hard_iron), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
     {"gyro_scale", 303, 9, offsetof(instance, outputs.gyro_scale), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
     {"mag_latency", 312, 1, offsetof(instance, outputs.mag_latency), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
@@ -148,9 +148,9 @@ void ahrs_kcf_defaults(ahrs_kcf_params *p, ahrs_kcf_inputs *u) {
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->profile = 0;
     p->accel_time_constant = AHRS_C(3.5);
     p->use_mag = 1;

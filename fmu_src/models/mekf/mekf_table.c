@@ -50,7 +50,7 @@ static const fmu_variable variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"bias_limit", 1003, 1, offsetof(instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
     {"gyro_noise", 1040, 1, offsetof(instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, 0, 1e-07, 100.0},
     {"gyro_bias_noise", 1041, 1, offsetof(instance, params.gyro_bias_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
@@ -116,9 +116,9 @@ void ahrs_mekf_defaults(ahrs_mekf_params *p, ahrs_mekf_inputs *u) {
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->bias_limit = AHRS_C(0.2);
     p->gyro_noise = AHRS_C(0.0002);
     p->gyro_bias_noise = AHRS_C(0.000175);

@@ -122,7 +122,7 @@ static bool predict(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_samp
     return true;
 }
 
-static measurement measured(const ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_sample *z) {
+static measurement measurement_of(const ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_sample *z) {
     measurement m = {.accel = z->accel_usable, .mag = z->mag_usable};
     if (m.accel) {
         const ahrs_real variance =
@@ -227,7 +227,7 @@ void ahrs_ukf_update(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_ukf
     ahrs_quat q = ahrs_quat_of(s->common.q);
     ahrs_vec3 bias = ahrs_vec3_of(s->bias);
     bool kept = predict(s, p, &z, &w, &q);
-    const measurement m = measured(s, p, &z);
+    const measurement m = measurement_of(s, p, &z);
     if (kept && z.gain_dt > 0 && m.rows > 0) {
         kept = correct(s, &m, &w, &q, &bias);
     }

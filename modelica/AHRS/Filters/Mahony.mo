@@ -1,10 +1,10 @@
 within AHRS.Filters;
 block Mahony "Sampled explicit complementary filter on the rotation group"
   extends SampledFilter;
-  parameter Types.Time sample_time = 0.01 "Sampling interval";
-  parameter Types.Frequency kp = 1 "Proportional gain";
-  parameter Types.SquaredFrequency ki = 0.1 "Integral gain";
-  parameter Types.AngularVelocity bias_limit = 0.2 "Largest bias that is learned, per axis";
+  parameter Types.Time sample_time = Parameters.Mahony.sample_time "Sampling interval";
+  parameter Types.Frequency kp = Parameters.Mahony.kp "Proportional gain";
+  parameter Types.SquaredFrequency ki = Parameters.Mahony.ki "Integral gain";
+  parameter Types.AngularVelocity bias_limit = Parameters.Mahony.bias_limit "Largest bias that is learned, per axis";
 equation
   when sample(sample_time, sample_time) then
     started = pre(started) or imu.accel_valid;

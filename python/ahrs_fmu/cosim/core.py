@@ -92,6 +92,9 @@ class CoreStepper:
     def get(self, name: str) -> Array:
         """Return a variable as it is now."""
         port = self._port(name, self._variables, "variable")
+        if not self._started:
+            self._initialise()
+            self._model.compute_outputs()
         return np.asarray(self._model.get(name), dtype=np.float64).reshape(port.shape)
 
     def step(self, dt: float) -> None:
@@ -132,10 +135,14 @@ class CoreStepper:
         return {name: np.asarray(v[ticks - 1 :: ticks], dtype=np.float64) for name, v in found.items()}
 
     def _start(self) -> None:
-        """Initialise from the inputs present, as an FMU does when its initialisation ends."""
         if not self._started:
-            self._model.update(0.0)
+            self._initialise()
             self._started = True
+
+    def _initialise(self) -> None:
+        """Take the first state from the inputs present, as an FMU does when asked during initialisation."""
+        self._model.reset()
+        self._model.update(0.0)
 
     def _ticks(self, dt: float) -> int:
         ticks = round(dt / self.sample_time)

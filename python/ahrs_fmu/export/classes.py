@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from ahrs_fmu.estimator import Estimator
+from ahrs_fmu.estimator import Backend, Estimator
 from ahrs_fmu.host_library import Precision
 '''
 
@@ -74,25 +74,28 @@ def _class(descriptor: Descriptor) -> list[str]:
     lines += ["", "    Parameters", "    ----------"]
     for parameter in parameters:
         lines += _doc(descriptor, parameter)
-    lines += ['    precision : {"double", "single"}', "        Floating-point type of the computation.", ""]
+    lines += ['    precision : {"double", "single"}', "        Floating-point type of the computation."]
+    lines += ['    backend : {"c", "numpy"}', "        Who computes: the C code, or its twin in numpy.", ""]
     lines += ["    Raises", "    ------", "    ParameterError"]
     lines += ["        If a value is outside its limits, or values contradict each other.", '    """', ""]
     lines += ["    def __init__(", "        self,", "        *,"]
     lines += [f"        {p.name}: {_annotation(descriptor, p)} = {_default(p)}," for p in parameters]
-    lines += ['        precision: Precision = "double",', "    ) -> None:", "        super().__init__("]
+    lines += ['        precision: Precision = "double",', '        backend: Backend = "c",', "    ) -> None:"]
+    lines += ["        super().__init__("]
     lines += [f'            "{descriptor.name}",', "            {"]
     lines += [f'                "{p.name}": {p.name},' for p in parameters]
-    lines += ["            },", "            precision,", "        )"]
+    lines += ["            },", "            precision,", "            backend,", "        )"]
     return lines
 
 
 def text() -> str:
     """Text that ``models.py`` should have."""
     estimators = _estimators()
-    names = ", ".join(f'"{d.title}"' for d in estimators)
+    titles = sorted((d.title for d in estimators), key=lambda title: (not title.isupper(), title))
+    names = ", ".join(f'"{title}"' for title in titles)
     lines = [_HEAD, f"__all__ = [{names}]"] if len(names) < _WIDTH else [_HEAD, "__all__ = ["]
     if len(names) >= _WIDTH:
-        lines += [*(f'    "{d.title}",' for d in estimators), "]"]
+        lines += [*(f'    "{title}",' for title in titles), "]"]
     for descriptor in estimators:
         lines += _class(descriptor)
     lines += ["", "", "BY_NAME: dict[str, type[Estimator]] = {"]

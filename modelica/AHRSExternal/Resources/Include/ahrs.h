@@ -115,7 +115,7 @@ typedef struct {
     ahrs_real gyro_zero_limit; /* Largest zero of the gyroscope that is believed; more is a rotation [rad/s] */
     ahrs_real accel_cutoff; /* Cut-off of a second-order Butterworth low-pass behind the accelerometer; 0 switches it off [Hz] */
     ahrs_real mag_offset[3]; /* Hard iron, subtracted from the magnetometer, body axes [T] */
-    ahrs_real mag_scale[3]; /* What the magnetometer without its offset is multiplied with, body axes [1] */
+    ahrs_real mag_gain[3]; /* What the magnetometer without its offset is multiplied with, body axes [1] */
     int32_t frame; /* Navigation and body frame of inputs and outputs (enumeration frame) */
     int32_t field_reference; /* Where the local magnetic field is known from (enumeration field_reference) */
     int32_t initialisation; /* Where the first attitude comes from (enumeration initialisation) */
@@ -196,8 +196,8 @@ typedef struct {
     ahrs_real motion_noise; /* Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation */
     ahrs_real initial_attitude_std; /* Standard deviation of the first attitude [rad] */
     ahrs_real forgetting; /* Weight of the estimated noise covariances from one sample to the next [1] */
-    ahrs_real measurement_variance_min; /* Least eigenvalue of the estimated measurement covariance, in m2/s4 and rad2 */
-    ahrs_real measurement_variance_max; /* Largest eigenvalue of the estimated measurement covariance, in m2/s4 and rad2 */
+    ahrs_real measurement_variance_min; /* Least eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is r_only or qr_safe */
+    ahrs_real measurement_variance_max; /* Largest eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is r_only or qr_safe */
     ahrs_real process_variance_min; /* Least eigenvalue of the process covariance per sample, when adaptation is qr_safe [1] */
     ahrs_real process_variance_max; /* Largest eigenvalue of the process covariance per sample, when adaptation is qr_safe [1] */
     int32_t adaptation; /* Which noise covariances are estimated (enumeration adaptation) */
@@ -233,161 +233,61 @@ static inline void ahrs_adaptive_ckf_update(ahrs_adaptive_ckf_state *s, const ah
 static inline void ahrs_adaptive_ckf_outputs(const ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, ahrs_adaptive_ckf_outputs_t *y);
 
 #endif
-/* Rotation of one sample as truncated series in the angle increment d = rate times interval; q (x) increment is the
- * attitude after it, not of unit length (docs/algorithms.md section 1). */
-#ifndef AHRS_INCREMENT_H
-#define AHRS_INCREMENT_H
+/* What accelerometer and magnetometer say about an attitude (docs/algorithms.md section 5). */
+#ifndef AHRS_ATTITUDE_ERROR_H
+#define AHRS_ATTITUDE_ERROR_H
 
-/* Unit quaternions, Hamilton product, scalar first, passed by value.
- * As an attitude q turns body vectors into navigation vectors: v_n = q v_b q* (docs/algorithms.md section 0). */
-#ifndef AHRS_QUAT_H
-#define AHRS_QUAT_H
+/* What all estimators share: which samples are usable, the first attitude, motion compensation, gating, frames and
+ * the common outputs. An estimator's update is
+ *
+ *     switch (ahrs_estimator_begin(&s->common, &p->common, u, dt, &z)) { ... }   what to do with this sample
+ *     predict with z.rate, correct with z.accel and z.mag where they are usable
+ *     ahrs_estimator_end(&s->common, &p->common, &z, q);                         the new attitude
+ *
+ * Inside, the axes are forward-right-down and north-east-down with magnetic north (docs/algorithms.md section 0). */
+#ifndef ESTIMATOR_H
+#define ESTIMATOR_H
 
-/* 3 x 3 matrices, row by row, passed by value. */
-#ifndef AHRS_MAT3_H
-#define AHRS_MAT3_H
-
-/* Three-dimensional vectors, passed by value. */
-#ifndef AHRS_VEC3_H
-#define AHRS_VEC3_H
+/* Bits of ahrs_estimator_state.conditions. */
+#ifndef AHRS_CONDITIONS_H
+#define AHRS_CONDITIONS_H
 
 
-typedef struct {
-    ahrs_real x, y, z;
-} ahrs_vec3;
+enum {
+    AHRS_HAS_ATTITUDE = 1,
+    AHRS_HAS_HEADING = 2,
+    AHRS_HAS_FIELD = 4,
+    AHRS_GYRO_HELD = 8,
+    AHRS_ACCEL_USED = 16,
+    AHRS_MAG_USED = 32,
+    AHRS_STEP_REJECTED = 64,
+    AHRS_MOVED = 128,
+    AHRS_COVARIANCE_RESET = 256,
+    AHRS_ACCEL_SUMMED = 512,
+    AHRS_MAG_SUMMED = 1024,
+    AHRS_IMPLAUSIBLE = 2048,
+    AHRS_MAG_DISTURBED = 4096,
+    AHRS_HAS_GYRO_ZERO = 8192,
+    AHRS_SMOOTHS_FORCE = 16384
+};
 
-static inline ahrs_vec3 ahrs_vec3_of(const ahrs_real v[3]) { return (ahrs_vec3){v[0], v[1], v[2]}; }
+/* Those that tell of one sample only. */
+#define AHRS_MOMENTARY                                                                                           \
+    (AHRS_GYRO_HELD | AHRS_ACCEL_USED | AHRS_MAG_USED | AHRS_STEP_REJECTED | AHRS_COVARIANCE_RESET |           \
+     AHRS_IMPLAUSIBLE | AHRS_MAG_DISTURBED)
 
-static inline void ahrs_vec3_to(ahrs_real out[3], ahrs_vec3 v) {
-    out[0] = v.x;
-    out[1] = v.y;
-    out[2] = v.z;
-}
+static inline bool ahrs_condition(const ahrs_estimator_state *s, int32_t bit) { return (s->conditions & bit) != 0; }
 
-static inline ahrs_vec3 ahrs_vec3_add(ahrs_vec3 a, ahrs_vec3 b) { return (ahrs_vec3){a.x + b.x, a.y + b.y, a.z + b.z}; }
-static inline ahrs_vec3 ahrs_vec3_sub(ahrs_vec3 a, ahrs_vec3 b) { return (ahrs_vec3){a.x - b.x, a.y - b.y, a.z - b.z}; }
-static inline ahrs_vec3 ahrs_vec3_scale(ahrs_vec3 a, ahrs_real k) { return (ahrs_vec3){a.x * k, a.y * k, a.z * k}; }
-static inline ahrs_vec3 ahrs_vec3_negate(ahrs_vec3 a) { return (ahrs_vec3){-a.x, -a.y, -a.z}; }
-
-/* a + k b */
-static inline ahrs_vec3 ahrs_vec3_add_scaled(ahrs_vec3 a, ahrs_real k, ahrs_vec3 b) {
-    return (ahrs_vec3){a.x + k * b.x, a.y + k * b.y, a.z + k * b.z};
-}
-
-static inline ahrs_real ahrs_vec3_dot(ahrs_vec3 a, ahrs_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-static inline ahrs_vec3 ahrs_vec3_cross(ahrs_vec3 a, ahrs_vec3 b) {
-    return (ahrs_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-static inline ahrs_real ahrs_vec3_norm2(ahrs_vec3 a) { return ahrs_vec3_dot(a, a); }
-static inline ahrs_real ahrs_vec3_norm(ahrs_vec3 a) { return ahrs_sqrt(ahrs_vec3_norm2(a)); }
-
-/* The caller makes sure that the vector is not zero. */
-static inline ahrs_vec3 ahrs_vec3_unit(ahrs_vec3 a) { return ahrs_vec3_scale(a, 1 / ahrs_vec3_norm(a)); }
-
-/* Every element within [-limit, limit]. */
-static inline ahrs_vec3 ahrs_vec3_limited(ahrs_vec3 v, ahrs_real limit) {
-    return (ahrs_vec3){ahrs_clamp(v.x, -limit, limit), ahrs_clamp(v.y, -limit, limit), ahrs_clamp(v.z, -limit, limit)};
-}
-
-static inline bool ahrs_vec3_is_finite(ahrs_vec3 a) {
-    return ahrs_is_finite(a.x) && ahrs_is_finite(a.y) && ahrs_is_finite(a.z);
+static inline void ahrs_set_condition(ahrs_estimator_state *s, int32_t bit, bool on) {
+    s->conditions = on ? s->conditions | bit : s->conditions & ~bit;
 }
 
 #endif
+/* What may happen to the samples before an estimator sees them, each part switched on by parameters: the gyroscope's
+ * zero, the magnetometer's calibration, the accelerometer's low-pass (docs/algorithms.md section 0). */
+#ifndef AHRS_PREPROCESSING_H
+#define AHRS_PREPROCESSING_H
 
-typedef struct {
-    ahrs_vec3 row[3];
-} ahrs_mat3;
-
-static inline ahrs_vec3 ahrs_mat3_apply(ahrs_mat3 m, ahrs_vec3 v) {
-    return (ahrs_vec3){ahrs_vec3_dot(m.row[0], v), ahrs_vec3_dot(m.row[1], v), ahrs_vec3_dot(m.row[2], v)};
-}
-
-/* transpose(m) v */
-static inline ahrs_vec3 ahrs_mat3_apply_transposed(ahrs_mat3 m, ahrs_vec3 v) {
-    const ahrs_vec3 xy = ahrs_vec3_add_scaled(ahrs_vec3_scale(m.row[0], v.x), v.y, m.row[1]);
-    return ahrs_vec3_add_scaled(xy, v.z, m.row[2]);
-}
-
-static inline ahrs_mat3 ahrs_mat3_mul(ahrs_mat3 a, ahrs_mat3 b) {
-    return (ahrs_mat3){{ahrs_mat3_apply_transposed(b, a.row[0]), ahrs_mat3_apply_transposed(b, a.row[1]),
-                        ahrs_mat3_apply_transposed(b, a.row[2])}};
-}
-
-static inline ahrs_mat3 ahrs_mat3_of(const ahrs_real m[9]) {
-    return (ahrs_mat3){{ahrs_vec3_of(m), ahrs_vec3_of(m + 3), ahrs_vec3_of(m + 6)}};
-}
-
-static inline void ahrs_mat3_to(ahrs_real out[9], ahrs_mat3 m) {
-    ahrs_vec3_to(out, m.row[0]);
-    ahrs_vec3_to(out + 3, m.row[1]);
-    ahrs_vec3_to(out + 6, m.row[2]);
-}
-
-/* transpose(a) b */
-static inline ahrs_mat3 ahrs_mat3_transposed_mul(ahrs_mat3 a, ahrs_mat3 b) {
-    return (ahrs_mat3){{
-        ahrs_mat3_apply_transposed(b, (ahrs_vec3){a.row[0].x, a.row[1].x, a.row[2].x}),
-        ahrs_mat3_apply_transposed(b, (ahrs_vec3){a.row[0].y, a.row[1].y, a.row[2].y}),
-        ahrs_mat3_apply_transposed(b, (ahrs_vec3){a.row[0].z, a.row[1].z, a.row[2].z}),
-    }};
-}
-
-/* Symmetric 3 x 3 matrices: the lower triangle, row by row. */
-typedef struct {
-    ahrs_real xx, yx, yy, zx, zy, zz;
-} ahrs_sym3;
-
-static inline ahrs_sym3 ahrs_sym3_of(const ahrs_real a[6]) { return (ahrs_sym3){a[0], a[1], a[2], a[3], a[4], a[5]}; }
-
-static inline void ahrs_sym3_to(ahrs_real out[6], ahrs_sym3 a) {
-    out[0] = a.xx;
-    out[1] = a.yx;
-    out[2] = a.yy;
-    out[3] = a.zx;
-    out[4] = a.zy;
-    out[5] = a.zz;
-}
-
-static inline ahrs_mat3 ahrs_sym3_full(ahrs_sym3 a) {
-    return (ahrs_mat3){{{a.xx, a.yx, a.zx}, {a.yx, a.yy, a.zy}, {a.zx, a.zy, a.zz}}};
-}
-
-static inline ahrs_sym3 ahrs_sym3_scale(ahrs_sym3 a, ahrs_real k) {
-    return (ahrs_sym3){k * a.xx, k * a.yx, k * a.yy, k * a.zx, k * a.zy, k * a.zz};
-}
-
-static inline ahrs_sym3 ahrs_sym3_add_diagonal(ahrs_sym3 a, ahrs_real k) {
-    return (ahrs_sym3){a.xx + k, a.yx, a.yy + k, a.zx, a.zy, a.zz + k};
-}
-
-static inline ahrs_vec3 ahrs_sym3_apply(ahrs_sym3 a, ahrs_vec3 v) {
-    return (ahrs_vec3){a.xx * v.x + a.yx * v.y + a.zx * v.z, a.yx * v.x + a.yy * v.y + a.zy * v.z,
-                       a.zx * v.x + a.zy * v.y + a.zz * v.z};
-}
-
-/* Lower triangle of a b, for products that are symmetric. */
-static inline ahrs_sym3 ahrs_sym3_product(ahrs_mat3 a, ahrs_mat3 b) {
-    const ahrs_vec3 x = {b.row[0].x, b.row[1].x, b.row[2].x}, y = {b.row[0].y, b.row[1].y, b.row[2].y},
-                    z = {b.row[0].z, b.row[1].z, b.row[2].z};
-    return (ahrs_sym3){ahrs_vec3_dot(a.row[0], x), ahrs_vec3_dot(a.row[1], x), ahrs_vec3_dot(a.row[1], y),
-                       ahrs_vec3_dot(a.row[2], x), ahrs_vec3_dot(a.row[2], y), ahrs_vec3_dot(a.row[2], z)};
-}
-
-/* The same of transpose(a) b. */
-static inline ahrs_sym3 ahrs_sym3_transposed_product(ahrs_mat3 a, ahrs_mat3 b) {
-    const ahrs_vec3 *const r = a.row, *const s = b.row;
-    return (ahrs_sym3){r[0].x * s[0].x + r[1].x * s[1].x + r[2].x * s[2].x,
-                       r[0].y * s[0].x + r[1].y * s[1].x + r[2].y * s[2].x,
-                       r[0].y * s[0].y + r[1].y * s[1].y + r[2].y * s[2].y,
-                       r[0].z * s[0].x + r[1].z * s[1].x + r[2].z * s[2].x,
-                       r[0].z * s[0].y + r[1].z * s[1].y + r[2].z * s[2].y,
-                       r[0].z * s[0].z + r[1].z * s[1].z + r[2].z * s[2].z};
-}
-
-#endif
 /* Sine, cosine, arc tangent and exponential from + - * / and the square root, so that their bits do not depend
  * on a C library. Accurate to about one unit in the last place for the arguments an estimator meets. */
 #ifndef AHRS_TRIG_H
@@ -497,6 +397,235 @@ static inline ahrs_real ahrs_exp_decay(ahrs_real x) {
         y *= AHRS_C(0.5);
     }
     return y;
+}
+
+#endif
+/* Three-dimensional vectors, passed by value. */
+#ifndef AHRS_VEC3_H
+#define AHRS_VEC3_H
+
+
+typedef struct {
+    ahrs_real x, y, z;
+} ahrs_vec3;
+
+static inline ahrs_vec3 ahrs_vec3_of(const ahrs_real v[3]) { return (ahrs_vec3){v[0], v[1], v[2]}; }
+
+static inline void ahrs_vec3_to(ahrs_real out[3], ahrs_vec3 v) {
+    out[0] = v.x;
+    out[1] = v.y;
+    out[2] = v.z;
+}
+
+static inline ahrs_vec3 ahrs_vec3_add(ahrs_vec3 a, ahrs_vec3 b) { return (ahrs_vec3){a.x + b.x, a.y + b.y, a.z + b.z}; }
+static inline ahrs_vec3 ahrs_vec3_sub(ahrs_vec3 a, ahrs_vec3 b) { return (ahrs_vec3){a.x - b.x, a.y - b.y, a.z - b.z}; }
+static inline ahrs_vec3 ahrs_vec3_scale(ahrs_vec3 a, ahrs_real k) { return (ahrs_vec3){a.x * k, a.y * k, a.z * k}; }
+static inline ahrs_vec3 ahrs_vec3_negate(ahrs_vec3 a) { return (ahrs_vec3){-a.x, -a.y, -a.z}; }
+
+/* a + k b */
+static inline ahrs_vec3 ahrs_vec3_add_scaled(ahrs_vec3 a, ahrs_real k, ahrs_vec3 b) {
+    return (ahrs_vec3){a.x + k * b.x, a.y + k * b.y, a.z + k * b.z};
+}
+
+static inline ahrs_real ahrs_vec3_dot(ahrs_vec3 a, ahrs_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+static inline ahrs_vec3 ahrs_vec3_cross(ahrs_vec3 a, ahrs_vec3 b) {
+    return (ahrs_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+static inline ahrs_real ahrs_vec3_norm2(ahrs_vec3 a) { return ahrs_vec3_dot(a, a); }
+static inline ahrs_real ahrs_vec3_norm(ahrs_vec3 a) { return ahrs_sqrt(ahrs_vec3_norm2(a)); }
+
+/* The caller makes sure that the vector is not zero. */
+static inline ahrs_vec3 ahrs_vec3_unit(ahrs_vec3 a) { return ahrs_vec3_scale(a, 1 / ahrs_vec3_norm(a)); }
+
+/* Every element within [-limit, limit]. */
+static inline ahrs_vec3 ahrs_vec3_limited(ahrs_vec3 v, ahrs_real limit) {
+    return (ahrs_vec3){ahrs_clamp(v.x, -limit, limit), ahrs_clamp(v.y, -limit, limit), ahrs_clamp(v.z, -limit, limit)};
+}
+
+static inline bool ahrs_vec3_is_finite(ahrs_vec3 a) {
+    return ahrs_is_finite(a.x) && ahrs_is_finite(a.y) && ahrs_is_finite(a.z);
+}
+
+#endif
+
+#define AHRS_ZERO_FORCE AHRS_C(0.3) /* m/s2: mean specific force further from gravity is not rest */
+#define AHRS_SQRT2 AHRS_C(1.41421356237309504880)
+
+/* Of the cut-off period: after a longer step the low-pass begins anew. The parameters leave it below 0.4. */
+#define AHRS_LOWPASS_STEP AHRS_C(0.45)
+
+/* Hard iron and the unequal sensitivity of the axes taken out, in the axes of the user. No measurement, which is zero or
+ * not a number, stays one. */
+AHRS_INLINE ahrs_vec3 ahrs_calibrated_mag(const ahrs_estimator_params *p, const ahrs_real mag[3]) {
+    const bool measured = mag[0] != 0 || mag[1] != 0 || mag[2] != 0;
+    const ahrs_vec3 m = {(mag[0] - p->mag_offset[0]) * p->mag_gain[0], (mag[1] - p->mag_offset[1]) * p->mag_gain[1],
+                         (mag[2] - p->mag_offset[2]) * p->mag_gain[2]};
+    return measured ? m : (ahrs_vec3){0, 0, 0};
+}
+
+/* Takes one rate and the magnitude of the specific force into the means over a rest, until the zero is known; true when
+ * it becomes so. A rest whose noise, force or mean rate is not that of a vehicle at rest is dropped for the next one. */
+static inline bool ahrs_learn_gyro_zero(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 rate,
+                                        ahrs_real force) {
+    if (ahrs_condition(s, AHRS_HAS_GYRO_ZERO)) {
+        return false;
+    }
+    if (s->zero_count == 0) {
+        ahrs_vec3_to(s->gyro_zero, rate);
+        s->gyro_spread = 0;
+        s->force_excess = 0;
+    }
+    s->zero_count++;
+    const ahrs_real n = (ahrs_real)s->zero_count;
+    const ahrs_vec3 before = ahrs_vec3_of(s->gyro_zero);
+    const ahrs_vec3 mean = ahrs_vec3_add_scaled(before, 1 / n, ahrs_vec3_sub(rate, before));
+    ahrs_vec3_to(s->gyro_zero, mean);
+    s->gyro_spread += ahrs_vec3_dot(ahrs_vec3_sub(rate, before), ahrs_vec3_sub(rate, mean));
+    s->force_excess += (force - p->gravity - s->force_excess) / n;
+    if (s->zero_count < p->gyro_zero_samples) {
+        return false;
+    }
+    s->zero_count = 0;
+    const bool at_rest = s->gyro_spread <= 3 * (n - 1) * (p->gyro_zero_std * p->gyro_zero_std) &&
+                         ahrs_abs(s->force_excess) <= AHRS_ZERO_FORCE &&
+                         ahrs_vec3_norm2(mean) <= p->gyro_zero_limit * p->gyro_zero_limit;
+    ahrs_set_condition(s, AHRS_HAS_GYRO_ZERO, at_rest);
+    return at_rest;
+}
+
+static inline ahrs_vec3 ahrs_gyro_zero(const ahrs_estimator_state *s) {
+    return ahrs_condition(s, AHRS_HAS_GYRO_ZERO) ? ahrs_vec3_of(s->gyro_zero) : (ahrs_vec3){0, 0, 0};
+}
+
+/* Second-order Butterworth low-pass by the trapezoidal rule, warped so that the cut-off is exact. Its two states keep
+ * their meaning when the step changes. It begins at rest in the first sample, and anew after one that is not usable;
+ * the result is zero then. */
+static inline ahrs_vec3 ahrs_smooth_force(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 force,
+                                          bool usable, ahrs_real dt) {
+    const ahrs_real turns = p->accel_cutoff * dt;
+    const bool begins = !ahrs_condition(s, AHRS_SMOOTHS_FORCE) || turns > AHRS_LOWPASS_STEP;
+    ahrs_set_condition(s, AHRS_SMOOTHS_FORCE, usable);
+    if (!usable) {
+        return (ahrs_vec3){0, 0, 0};
+    }
+    if (begins) {
+        ahrs_vec3_to(s->force_low, force);
+        ahrs_vec3_to(s->force_band, (ahrs_vec3){0, 0, 0});
+        return force;
+    }
+    ahrs_real sine, cosine;
+    ahrs_sincos(AHRS_PI * turns, &sine, &cosine);
+    const ahrs_real g = sine / cosine;
+    const ahrs_vec3 low = ahrs_vec3_of(s->force_low), band = ahrs_vec3_of(s->force_band);
+    const ahrs_vec3 driven = ahrs_vec3_add_scaled(band, g, ahrs_vec3_sub(force, low));
+    const ahrs_vec3 middle = ahrs_vec3_scale(driven, 1 / (1 + g * (g + AHRS_SQRT2)));
+    const ahrs_vec3 smooth = ahrs_vec3_add_scaled(low, g, middle);
+    ahrs_vec3_to(s->force_band, ahrs_vec3_sub(ahrs_vec3_scale(middle, 2), band));
+    ahrs_vec3_to(s->force_low, ahrs_vec3_sub(ahrs_vec3_scale(smooth, 2), low));
+    return smooth;
+}
+
+#endif
+/* Unit quaternions, Hamilton product, scalar first, passed by value.
+ * As an attitude q turns body vectors into navigation vectors: v_n = q v_b q* (docs/algorithms.md section 0). */
+#ifndef AHRS_QUAT_H
+#define AHRS_QUAT_H
+
+/* 3 x 3 matrices, row by row, passed by value. */
+#ifndef AHRS_MAT3_H
+#define AHRS_MAT3_H
+
+
+typedef struct {
+    ahrs_vec3 row[3];
+} ahrs_mat3;
+
+static inline ahrs_vec3 ahrs_mat3_apply(ahrs_mat3 m, ahrs_vec3 v) {
+    return (ahrs_vec3){ahrs_vec3_dot(m.row[0], v), ahrs_vec3_dot(m.row[1], v), ahrs_vec3_dot(m.row[2], v)};
+}
+
+/* transpose(m) v */
+static inline ahrs_vec3 ahrs_mat3_apply_transposed(ahrs_mat3 m, ahrs_vec3 v) {
+    const ahrs_vec3 xy = ahrs_vec3_add_scaled(ahrs_vec3_scale(m.row[0], v.x), v.y, m.row[1]);
+    return ahrs_vec3_add_scaled(xy, v.z, m.row[2]);
+}
+
+static inline ahrs_mat3 ahrs_mat3_mul(ahrs_mat3 a, ahrs_mat3 b) {
+    return (ahrs_mat3){{ahrs_mat3_apply_transposed(b, a.row[0]), ahrs_mat3_apply_transposed(b, a.row[1]),
+                        ahrs_mat3_apply_transposed(b, a.row[2])}};
+}
+
+static inline ahrs_mat3 ahrs_mat3_of(const ahrs_real m[9]) {
+    return (ahrs_mat3){{ahrs_vec3_of(m), ahrs_vec3_of(m + 3), ahrs_vec3_of(m + 6)}};
+}
+
+static inline void ahrs_mat3_to(ahrs_real out[9], ahrs_mat3 m) {
+    ahrs_vec3_to(out, m.row[0]);
+    ahrs_vec3_to(out + 3, m.row[1]);
+    ahrs_vec3_to(out + 6, m.row[2]);
+}
+
+/* transpose(a) b */
+static inline ahrs_mat3 ahrs_mat3_transposed_mul(ahrs_mat3 a, ahrs_mat3 b) {
+    return (ahrs_mat3){{
+        ahrs_mat3_apply_transposed(b, (ahrs_vec3){a.row[0].x, a.row[1].x, a.row[2].x}),
+        ahrs_mat3_apply_transposed(b, (ahrs_vec3){a.row[0].y, a.row[1].y, a.row[2].y}),
+        ahrs_mat3_apply_transposed(b, (ahrs_vec3){a.row[0].z, a.row[1].z, a.row[2].z}),
+    }};
+}
+
+/* Symmetric 3 x 3 matrices: the lower triangle, row by row. */
+typedef struct {
+    ahrs_real xx, yx, yy, zx, zy, zz;
+} ahrs_sym3;
+
+static inline ahrs_sym3 ahrs_sym3_of(const ahrs_real a[6]) { return (ahrs_sym3){a[0], a[1], a[2], a[3], a[4], a[5]}; }
+
+static inline void ahrs_sym3_to(ahrs_real out[6], ahrs_sym3 a) {
+    out[0] = a.xx;
+    out[1] = a.yx;
+    out[2] = a.yy;
+    out[3] = a.zx;
+    out[4] = a.zy;
+    out[5] = a.zz;
+}
+
+static inline ahrs_mat3 ahrs_sym3_full(ahrs_sym3 a) {
+    return (ahrs_mat3){{{a.xx, a.yx, a.zx}, {a.yx, a.yy, a.zy}, {a.zx, a.zy, a.zz}}};
+}
+
+static inline ahrs_sym3 ahrs_sym3_scale(ahrs_sym3 a, ahrs_real k) {
+    return (ahrs_sym3){k * a.xx, k * a.yx, k * a.yy, k * a.zx, k * a.zy, k * a.zz};
+}
+
+static inline ahrs_sym3 ahrs_sym3_add_diagonal(ahrs_sym3 a, ahrs_real k) {
+    return (ahrs_sym3){a.xx + k, a.yx, a.yy + k, a.zx, a.zy, a.zz + k};
+}
+
+static inline ahrs_vec3 ahrs_sym3_apply(ahrs_sym3 a, ahrs_vec3 v) {
+    return (ahrs_vec3){a.xx * v.x + a.yx * v.y + a.zx * v.z, a.yx * v.x + a.yy * v.y + a.zy * v.z,
+                       a.zx * v.x + a.zy * v.y + a.zz * v.z};
+}
+
+/* Lower triangle of a b, for products that are symmetric. */
+static inline ahrs_sym3 ahrs_sym3_product(ahrs_mat3 a, ahrs_mat3 b) {
+    const ahrs_vec3 x = {b.row[0].x, b.row[1].x, b.row[2].x}, y = {b.row[0].y, b.row[1].y, b.row[2].y},
+                    z = {b.row[0].z, b.row[1].z, b.row[2].z};
+    return (ahrs_sym3){ahrs_vec3_dot(a.row[0], x), ahrs_vec3_dot(a.row[1], x), ahrs_vec3_dot(a.row[1], y),
+                       ahrs_vec3_dot(a.row[2], x), ahrs_vec3_dot(a.row[2], y), ahrs_vec3_dot(a.row[2], z)};
+}
+
+/* The same of transpose(a) b. */
+static inline ahrs_sym3 ahrs_sym3_transposed_product(ahrs_mat3 a, ahrs_mat3 b) {
+    const ahrs_vec3 *const r = a.row, *const s = b.row;
+    return (ahrs_sym3){r[0].x * s[0].x + r[1].x * s[1].x + r[2].x * s[2].x,
+                       r[0].y * s[0].x + r[1].y * s[1].x + r[2].y * s[2].x,
+                       r[0].y * s[0].y + r[1].y * s[1].y + r[2].y * s[2].y,
+                       r[0].z * s[0].x + r[1].z * s[1].x + r[2].z * s[2].x,
+                       r[0].z * s[0].y + r[1].z * s[1].y + r[2].z * s[2].y,
+                       r[0].z * s[0].z + r[1].z * s[1].z + r[2].z * s[2].z};
 }
 
 #endif
@@ -664,175 +793,6 @@ static inline ahrs_quat ahrs_quat_from_euler(ahrs_vec3 euler) {
     ahrs_sincos(AHRS_C(0.5) * euler.z, &sy, &cy);
     return (ahrs_quat){cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
                        cr * cp * sy - sr * sp * cy};
-}
-
-#endif
-
-/* rad: beyond this the series mean nothing, and the exact rotation takes their place. */
-#define AHRS_INCREMENT_MAX AHRS_C(1.0)
-
-AHRS_INLINE bool ahrs_increment_is_large(ahrs_real s) { return AHRS_UNLIKELY(s > AHRS_INCREMENT_MAX * AHRS_INCREMENT_MAX); }
-
-/* First order: 1 + OM(d)/2. */
-static inline ahrs_quat ahrs_increment_first(ahrs_vec3 d) {
-    if (ahrs_increment_is_large(ahrs_vec3_norm2(d))) {
-        return ahrs_quat_exp(d);
-    }
-    return (ahrs_quat){1, AHRS_C(0.5) * d.x, AHRS_C(0.5) * d.y, AHRS_C(0.5) * d.z};
-}
-
-/* Second order. */
-static inline ahrs_quat ahrs_increment_second(ahrs_vec3 d) {
-    const ahrs_real s = ahrs_vec3_norm2(d);
-    if (ahrs_increment_is_large(s)) {
-        return ahrs_quat_exp(d);
-    }
-    return (ahrs_quat){1 - AHRS_C(0.125) * s, AHRS_C(0.5) * d.x, AHRS_C(0.5) * d.y, AHRS_C(0.5) * d.z};
-}
-
-/* Fourth order. */
-static inline ahrs_quat ahrs_increment(ahrs_vec3 d) {
-    const ahrs_real s = ahrs_vec3_norm2(d);
-    if (ahrs_increment_is_large(s)) {
-        return ahrs_quat_exp(d);
-    }
-    const ahrs_real k = AHRS_C(0.5) - s / 48;
-    return (ahrs_quat){1 - s / 8 + s * s / 384, k * d.x, k * d.y, k * d.z};
-}
-
-#endif
-/* Noise densities as variances of one sample (docs/algorithms.md section 6). White noise of density N has the variance
- * N^2/T per sample of interval T, and an integrated one grows by N^2 T. */
-#ifndef AHRS_NOISE_H
-#define AHRS_NOISE_H
-
-/* What all estimators share: which samples are usable, the first attitude, motion compensation, gating, frames and
- * the common outputs. An estimator's update is
- *
- *     switch (ahrs_estimator_begin(&s->common, &p->common, u, dt, &z)) { ... }   what to do with this sample
- *     predict with z.rate, correct with z.accel and z.mag where they are usable
- *     ahrs_estimator_end(&s->common, &p->common, &z, q);                         the new attitude
- *
- * Inside, the axes are forward-right-down and north-east-down with magnetic north (docs/algorithms.md section 0). */
-#ifndef ESTIMATOR_H
-#define ESTIMATOR_H
-
-/* Bits of ahrs_estimator_state.conditions. */
-#ifndef AHRS_CONDITIONS_H
-#define AHRS_CONDITIONS_H
-
-
-enum {
-    AHRS_HAS_ATTITUDE = 1,
-    AHRS_HAS_HEADING = 2,
-    AHRS_HAS_FIELD = 4,
-    AHRS_GYRO_HELD = 8,
-    AHRS_ACCEL_USED = 16,
-    AHRS_MAG_USED = 32,
-    AHRS_STEP_REJECTED = 64,
-    AHRS_MOVED = 128,
-    AHRS_COVARIANCE_RESET = 256,
-    AHRS_ACCEL_SUMMED = 512,
-    AHRS_MAG_SUMMED = 1024,
-    AHRS_IMPLAUSIBLE = 2048,
-    AHRS_MAG_DISTURBED = 4096,
-    AHRS_HAS_GYRO_ZERO = 8192,
-    AHRS_SMOOTHS_FORCE = 16384
-};
-
-/* Those that tell of one sample only. */
-#define AHRS_MOMENTARY                                                                                           \
-    (AHRS_GYRO_HELD | AHRS_ACCEL_USED | AHRS_MAG_USED | AHRS_STEP_REJECTED | AHRS_COVARIANCE_RESET |           \
-     AHRS_IMPLAUSIBLE | AHRS_MAG_DISTURBED)
-
-static inline bool ahrs_condition(const ahrs_estimator_state *s, int32_t bit) { return (s->conditions & bit) != 0; }
-
-static inline void ahrs_set_condition(ahrs_estimator_state *s, int32_t bit, bool on) {
-    s->conditions = on ? s->conditions | bit : s->conditions & ~bit;
-}
-
-#endif
-/* What may happen to the samples before an estimator sees them, each part switched on by parameters: the gyroscope's
- * zero, the magnetometer's calibration, the accelerometer's low-pass (docs/algorithms.md section 0). */
-#ifndef AHRS_PREPROCESSING_H
-#define AHRS_PREPROCESSING_H
-
-
-#define AHRS_ZERO_FORCE AHRS_C(0.3) /* m/s2: mean specific force further from gravity is not rest */
-#define AHRS_SQRT2 AHRS_C(1.41421356237309504880)
-
-/* Of the cut-off period: after a longer step the low-pass begins anew. The parameters leave it below 0.4. */
-#define AHRS_LOWPASS_STEP AHRS_C(0.45)
-
-/* Hard iron and the unequal sensitivity of the axes taken out, in the axes of the user. No measurement, which is zero or
- * not a number, stays one. */
-AHRS_INLINE ahrs_vec3 ahrs_calibrated_mag(const ahrs_estimator_params *p, const ahrs_real mag[3]) {
-    const bool measured = mag[0] != 0 || mag[1] != 0 || mag[2] != 0;
-    const ahrs_vec3 m = {(mag[0] - p->mag_offset[0]) * p->mag_scale[0], (mag[1] - p->mag_offset[1]) * p->mag_scale[1],
-                         (mag[2] - p->mag_offset[2]) * p->mag_scale[2]};
-    return measured ? m : (ahrs_vec3){0, 0, 0};
-}
-
-/* Takes one rate and the magnitude of the specific force into the means over a rest, until the zero is known; true when
- * it becomes so. A rest whose noise, force or mean rate is not that of a vehicle at rest is dropped for the next one. */
-static inline bool ahrs_learn_gyro_zero(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 rate,
-                                        ahrs_real force) {
-    if (ahrs_condition(s, AHRS_HAS_GYRO_ZERO)) {
-        return false;
-    }
-    if (s->zero_count == 0) {
-        ahrs_vec3_to(s->gyro_zero, rate);
-        s->gyro_spread = 0;
-        s->force_excess = 0;
-    }
-    s->zero_count++;
-    const ahrs_real n = (ahrs_real)s->zero_count;
-    const ahrs_vec3 before = ahrs_vec3_of(s->gyro_zero);
-    const ahrs_vec3 mean = ahrs_vec3_add_scaled(before, 1 / n, ahrs_vec3_sub(rate, before));
-    ahrs_vec3_to(s->gyro_zero, mean);
-    s->gyro_spread += ahrs_vec3_dot(ahrs_vec3_sub(rate, before), ahrs_vec3_sub(rate, mean));
-    s->force_excess += (force - p->gravity - s->force_excess) / n;
-    if (s->zero_count < p->gyro_zero_samples) {
-        return false;
-    }
-    s->zero_count = 0;
-    const bool at_rest = s->gyro_spread <= 3 * (n - 1) * (p->gyro_zero_std * p->gyro_zero_std) &&
-                         ahrs_abs(s->force_excess) <= AHRS_ZERO_FORCE &&
-                         ahrs_vec3_norm2(mean) <= p->gyro_zero_limit * p->gyro_zero_limit;
-    ahrs_set_condition(s, AHRS_HAS_GYRO_ZERO, at_rest);
-    return at_rest;
-}
-
-static inline ahrs_vec3 ahrs_gyro_zero(const ahrs_estimator_state *s) {
-    return ahrs_condition(s, AHRS_HAS_GYRO_ZERO) ? ahrs_vec3_of(s->gyro_zero) : (ahrs_vec3){0, 0, 0};
-}
-
-/* Second-order Butterworth low-pass by the trapezoidal rule, warped so that the cut-off is exact. Its two states keep
- * their meaning when the step changes. It begins at rest in the first sample, and anew after one that is not usable;
- * the result is zero then. */
-static inline ahrs_vec3 ahrs_smooth_force(ahrs_estimator_state *s, const ahrs_estimator_params *p, ahrs_vec3 force,
-                                          bool usable, ahrs_real dt) {
-    const ahrs_real turns = p->accel_cutoff * dt;
-    const bool begins = !ahrs_condition(s, AHRS_SMOOTHS_FORCE) || turns > AHRS_LOWPASS_STEP;
-    ahrs_set_condition(s, AHRS_SMOOTHS_FORCE, usable);
-    if (!usable) {
-        return (ahrs_vec3){0, 0, 0};
-    }
-    if (begins) {
-        ahrs_vec3_to(s->force_low, force);
-        ahrs_vec3_to(s->force_band, (ahrs_vec3){0, 0, 0});
-        return force;
-    }
-    ahrs_real sine, cosine;
-    ahrs_sincos(AHRS_PI * turns, &sine, &cosine);
-    const ahrs_real g = sine / cosine;
-    const ahrs_vec3 low = ahrs_vec3_of(s->force_low), band = ahrs_vec3_of(s->force_band);
-    const ahrs_vec3 driven = ahrs_vec3_add_scaled(band, g, ahrs_vec3_sub(force, low));
-    const ahrs_vec3 middle = ahrs_vec3_scale(driven, 1 / (1 + g * (g + AHRS_SQRT2)));
-    const ahrs_vec3 smooth = ahrs_vec3_add_scaled(low, g, middle);
-    ahrs_vec3_to(s->force_band, ahrs_vec3_sub(ahrs_vec3_scale(middle, 2), band));
-    ahrs_vec3_to(s->force_low, ahrs_vec3_sub(ahrs_vec3_scale(smooth, 2), low));
-    return smooth;
 }
 
 #endif
@@ -1192,8 +1152,104 @@ static inline void ahrs_estimator_outputs(const ahrs_estimator_state *s, const a
 
 #endif
 
-/* rad/s: how wrong a rate is that was not measured, because a sample was unusable or the step too long. */
-#define AHRS_HELD_RATE AHRS_C(0.5)
+/* Tilt from gravity, heading from the horizontal field, as a rotation vector in body axes for small errors: loop gain one
+ * on all axes. The rows of c are the navigation axes seen from the body. */
+AHRS_INLINE ahrs_vec3 ahrs_decoupled_error(ahrs_mat3 c, const ahrs_sample *z) {
+    ahrs_vec3 e = {0, 0, 0};
+    if (z->accel_usable) {
+        e = ahrs_vec3_cross(c.row[AHRS_DOWN], ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
+    }
+    if (z->mag_usable) {
+        const ahrs_real x = ahrs_vec3_dot(c.row[AHRS_NORTH], z->mag);
+        const ahrs_real y = ahrs_vec3_dot(c.row[AHRS_EAST], z->mag);
+        const ahrs_real norm2 = x * x + y * y;
+        if (norm2 > 0) { /* y/norm, where quotient and root do not wait for each other */
+            e = ahrs_vec3_sub(e, ahrs_vec3_scale(c.row[AHRS_DOWN], y / norm2 * ahrs_sqrt(norm2)));
+        }
+    }
+    return e;
+}
+
+/* The shortest rotation vector that brings down to where the accelerometer shows it. */
+static inline ahrs_vec3 ahrs_tilt_error(ahrs_vec3 down, ahrs_vec3 force) {
+    const ahrs_vec3 measured = ahrs_vec3_unit(ahrs_vec3_negate(force));
+    const ahrs_vec3 cross = ahrs_vec3_cross(measured, down);
+    const ahrs_real sine = ahrs_vec3_norm(cross);
+    return sine > 0 ? ahrs_vec3_scale(cross, ahrs_atan2(sine, ahrs_vec3_dot(measured, down)) / sine) : cross;
+}
+
+/* Whether both vectors together show an attitude. The front end has looked at the accelerometer as read; here it is the
+ * one that motion compensation leaves. */
+static inline bool ahrs_shows_attitude(const ahrs_sample *z) {
+    return z->accel_usable && z->mag_usable && ahrs_has_horizontal_part(z->mag, z->accel);
+}
+
+/* The rotation from a predicted attitude to the one that accelerometer and magnetometer show; of what cannot be used,
+ * the prediction is kept. */
+static inline ahrs_vec3 ahrs_attitude_error(ahrs_quat q, const ahrs_sample *z) {
+    if (ahrs_shows_attitude(z)) {
+        return ahrs_quat_log(ahrs_quat_mul(ahrs_quat_conj(q), ahrs_attitude_of(z->accel, z->mag)));
+    }
+    return z->accel_usable ? ahrs_tilt_error(ahrs_quat_down(q), z->accel)
+                           : ahrs_decoupled_error(ahrs_quat_to_mat3(q), z);
+}
+
+/* The attitude that accelerometer and magnetometer show, with the sign of the predicted one. */
+static inline ahrs_quat ahrs_measured_attitude(ahrs_quat q, const ahrs_sample *z) {
+    if (ahrs_shows_attitude(z)) {
+        return ahrs_quat_near(ahrs_attitude_of(z->accel, z->mag), q);
+    }
+    return ahrs_quat_turn(q, ahrs_attitude_error(q, z));
+}
+
+#endif
+/* Rotation of one sample as truncated series in the angle increment d = rate times interval; q (x) increment is the
+ * attitude after it, not of unit length (docs/algorithms.md section 1). */
+#ifndef AHRS_INCREMENT_H
+#define AHRS_INCREMENT_H
+
+
+/* rad: beyond this the series mean nothing, and the exact rotation takes their place. */
+#define AHRS_INCREMENT_MAX AHRS_C(1.0)
+
+AHRS_INLINE bool ahrs_increment_is_large(ahrs_real s) { return AHRS_UNLIKELY(s > AHRS_INCREMENT_MAX * AHRS_INCREMENT_MAX); }
+
+/* First order: 1 + OM(d)/2. */
+static inline ahrs_quat ahrs_increment_first(ahrs_vec3 d) {
+    if (ahrs_increment_is_large(ahrs_vec3_norm2(d))) {
+        return ahrs_quat_exp(d);
+    }
+    return (ahrs_quat){1, AHRS_C(0.5) * d.x, AHRS_C(0.5) * d.y, AHRS_C(0.5) * d.z};
+}
+
+/* Second order. */
+static inline ahrs_quat ahrs_increment_second(ahrs_vec3 d) {
+    const ahrs_real s = ahrs_vec3_norm2(d);
+    if (ahrs_increment_is_large(s)) {
+        return ahrs_quat_exp(d);
+    }
+    return (ahrs_quat){1 - AHRS_C(0.125) * s, AHRS_C(0.5) * d.x, AHRS_C(0.5) * d.y, AHRS_C(0.5) * d.z};
+}
+
+/* Fourth order. */
+static inline ahrs_quat ahrs_increment(ahrs_vec3 d) {
+    const ahrs_real s = ahrs_vec3_norm2(d);
+    if (ahrs_increment_is_large(s)) {
+        return ahrs_quat_exp(d);
+    }
+    const ahrs_real k = AHRS_C(0.5) - s / 48;
+    return (ahrs_quat){1 - s / 8 + s * s / 384, k * d.x, k * d.y, k * d.z};
+}
+
+#endif
+/* Noise densities as variances of one sample (docs/algorithms.md section 6). White noise of density N has the variance
+ * N^2/T per sample of interval T, and an integrated one grows by N^2 T. */
+#ifndef AHRS_NOISE_H
+#define AHRS_NOISE_H
+
+
+/* rad/s/sqrt(Hz): how wrong a rate is that was not measured, because a sample was unusable or the step too long. */
+#define AHRS_HELD_NOISE AHRS_C(0.1)
 
 /* Of white noise in one sample; the sensor's interval, whatever the step since the sample before. */
 static inline ahrs_real ahrs_sample_variance(const ahrs_estimator_params *p, ahrs_real density) {
@@ -1202,10 +1258,8 @@ static inline ahrs_real ahrs_sample_variance(const ahrs_estimator_params *p, ahr
 
 /* Of the rotation in one step, rad2. */
 static inline ahrs_real ahrs_turn_variance(const ahrs_estimator_state *s, const ahrs_sample *z, ahrs_real density) {
-    const ahrs_real measured = density * density * z->dt;
     const bool held = ahrs_condition(s, AHRS_GYRO_HELD) || !(z->gain_dt > 0);
-    const ahrs_real turn = AHRS_HELD_RATE * z->dt;
-    return held ? measured + turn * turn : measured;
+    return (density * density + (held ? AHRS_HELD_NOISE * AHRS_HELD_NOISE : 0)) * z->dt;
 }
 
 /* Of what motion compensation leaves of a changing acceleration, (m/s2)2: it is that of the sample before. */
@@ -1493,6 +1547,9 @@ enum { adaptive_ckf_N = 4, adaptive_ckf_HEADING = 3, adaptive_ckf_TRIANGLE = AHR
 /* Beyond this pitch (85 deg) the heading is not measured. */
 static const ahrs_real adaptive_ckf_SINE_OF_PITCH_MAX = AHRS_C(0.9961946980917455);
 
+/* Sum of the variances of the quaternion's elements, that of a rotation by one radian: as good as unknown. */
+static const ahrs_real adaptive_ckf_SPREAD_MAX = AHRS_C(0.25);
+
 /* A correction on its way: innovation v, its covariance S, gain K, and K v. */
 typedef struct {
     int32_t rows; /* of the measurement */
@@ -1536,6 +1593,18 @@ static void adaptive_ckf_given_process_noise(const ahrs_adaptive_ckf_state *s, c
     ahrs_quat_covariance_set(out, p->quaternion_noise * p->quaternion_noise * z->dt);
     if (p->process_noise == AHRS_ADAPTIVE_CKF_PROCESS_NOISE_GYRO) {
         ahrs_quat_covariance_spread(out, q, AHRS_C(0.25) * ahrs_turn_variance(&s->common, z, p->gyro_noise));
+    }
+}
+
+/* Keeps the points of a quaternion that nothing measures near unit length. */
+static void adaptive_ckf_limit_spread(ahrs_real covariance[adaptive_ckf_TRIANGLE]) {
+    ahrs_real sum = 0;
+    for (int32_t i = 0; i < adaptive_ckf_N; i++) {
+        sum += ahrs_of(covariance, i, i);
+    }
+    const ahrs_real scale = sum > adaptive_ckf_SPREAD_MAX ? adaptive_ckf_SPREAD_MAX / sum : 1;
+    for (int32_t i = 0; i < adaptive_ckf_TRIANGLE; i++) {
+        covariance[i] *= scale;
     }
 }
 
@@ -1636,7 +1705,8 @@ static void adaptive_ckf_keep_within(ahrs_real a[adaptive_ckf_TRIANGLE], ahrs_re
     }
 }
 
-/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. */
+/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. The published
+ * forms know no limits. */
 static void adaptive_ckf_adapt_measurement(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const adaptive_ckf_correction *c,
                               ahrs_quat q, ahrs_real d) {
     ahrs_real h[adaptive_ckf_N][adaptive_ckf_N], left[adaptive_ckf_N];
@@ -1656,7 +1726,9 @@ static void adaptive_ckf_adapt_measurement(ahrs_adaptive_ckf_state *s, const ahr
             *r = (1 - d) * *r + d * sum;
         }
     }
-    adaptive_ckf_keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
+    if (p->adaptation <= AHRS_ADAPTIVE_CKF_ADAPTATION_QR_SAFE) {
+        adaptive_ckf_keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
+    }
 }
 
 /* Q := (1 - d) Q + d (K v v' K' + P - F P F'): without the last two terms for qr_safe, with the P of the sample before
@@ -1685,7 +1757,7 @@ static void adaptive_ckf_adapt_process(ahrs_adaptive_ckf_state *s, const ahrs_ad
 static bool adaptive_ckf_correct(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const ahrs_sample *z,
                     ahrs_quat turn, const ahrs_real turned[adaptive_ckf_TRIANGLE], ahrs_quat *q) {
     const bool level = ahrs_abs(ahrs_quat_down(*q).x) < adaptive_ckf_SINE_OF_PITCH_MAX;
-    adaptive_ckf_correction c = {.rows = z->mag_usable && level ? adaptive_ckf_N : adaptive_ckf_HEADING};
+    adaptive_ckf_correction c = {.rows = level && ahrs_shows_attitude(z) ? adaptive_ckf_N : adaptive_ckf_HEADING};
     if (!adaptive_ckf_measure(s, p, z, *q, &c)) {
         return false;
     }
@@ -1732,6 +1804,7 @@ static inline void ahrs_adaptive_ckf_update(ahrs_adaptive_ckf_state *s, const ah
     for (int32_t i = 0; i < adaptive_ckf_TRIANGLE; i++) {
         s->covariance[i] += s->process[i];
     }
+    adaptive_ckf_limit_spread(s->covariance);
     if (z.gain_dt > 0 && z.accel_usable && !adaptive_ckf_correct(s, p, &z, turn, turned, &q)) {
         adaptive_ckf_start(s, p);
         s->common.conditions |= AHRS_COVARIANCE_RESET;
@@ -1860,13 +1933,13 @@ static const fmu_variable adaptive_ckf_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(adaptive_ckf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(adaptive_ckf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(adaptive_ckf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(adaptive_ckf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(adaptive_ckf_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"gyro_noise", 1040, 1, offsetof(adaptive_ckf_instance, params.gyro_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 100.0},
     {"accel_noise", 1042, 1, offsetof(adaptive_ckf_instance, params.accel_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 1000.0},
     {"heading_noise", 1044, 1, offsetof(adaptive_ckf_instance, params.heading_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
     {"quaternion_noise", 1046, 1, offsetof(adaptive_ckf_instance, params.quaternion_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
     {"motion_noise", 1047, 1, offsetof(adaptive_ckf_instance, params.motion_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 1000.0},
-    {"initial_attitude_std", 1048, 1, offsetof(adaptive_ckf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 10.0},
+    {"initial_attitude_std", 1048, 1, offsetof(adaptive_ckf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 0.5},
     {"adaptation", 1070, 1, offsetof(adaptive_ckf_instance, params.adaptation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 4.0},
     {"process_noise", 1071, 1, offsetof(adaptive_ckf_instance, params.process_noise), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
     {"forgetting", 1072, 1, offsetof(adaptive_ckf_instance, params.forgetting), FMU_REAL, FMU_FIXED, FMU_MAX_OPEN, 0.5, 1.0},
@@ -1956,9 +2029,9 @@ static inline void ahrs_adaptive_ckf_defaults(ahrs_adaptive_ckf_params *p, ahrs_
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->gyro_noise = AHRS_C(0.006);
     p->accel_noise = AHRS_C(0.1);
     p->heading_noise = AHRS_C(0.0316);
@@ -2260,7 +2333,7 @@ static const fmu_variable cg_ekf_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(cg_ekf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(cg_ekf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(cg_ekf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(cg_ekf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(cg_ekf_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"gyro_noise", 1040, 1, offsetof(cg_ekf_instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
     {"attitude_noise", 1045, 1, offsetof(cg_ekf_instance, params.attitude_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
     {"motion_noise", 1047, 1, offsetof(cg_ekf_instance, params.motion_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
@@ -2323,9 +2396,9 @@ static inline void ahrs_cg_ekf_defaults(ahrs_cg_ekf_params *p, ahrs_cg_ekf_input
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->gyro_noise = AHRS_C(0.0316);
     p->attitude_noise = AHRS_C(0.004);
     p->motion_noise = AHRS_C(0.5);
@@ -2409,58 +2482,6 @@ static inline void ahrs_complementary_update(ahrs_complementary_state *s, const 
 static inline void ahrs_complementary_outputs(const ahrs_complementary_state *s, const ahrs_complementary_params *p, ahrs_complementary_outputs_t *y);
 
 #endif
-/* What accelerometer and magnetometer say about an attitude (docs/algorithms.md section 5). */
-#ifndef AHRS_ATTITUDE_ERROR_H
-#define AHRS_ATTITUDE_ERROR_H
-
-
-/* Tilt from gravity, heading from the horizontal field, as a rotation vector in body axes for small errors: loop gain one
- * on all axes. The rows of c are the navigation axes seen from the body. */
-AHRS_INLINE ahrs_vec3 ahrs_decoupled_error(ahrs_mat3 c, const ahrs_sample *z) {
-    ahrs_vec3 e = {0, 0, 0};
-    if (z->accel_usable) {
-        e = ahrs_vec3_cross(c.row[AHRS_DOWN], ahrs_vec3_unit(z->accel)); /* a x s with s = -down */
-    }
-    if (z->mag_usable) {
-        const ahrs_real x = ahrs_vec3_dot(c.row[AHRS_NORTH], z->mag);
-        const ahrs_real y = ahrs_vec3_dot(c.row[AHRS_EAST], z->mag);
-        const ahrs_real norm2 = x * x + y * y;
-        if (norm2 > 0) { /* y/norm, where quotient and root do not wait for each other */
-            e = ahrs_vec3_sub(e, ahrs_vec3_scale(c.row[AHRS_DOWN], y / norm2 * ahrs_sqrt(norm2)));
-        }
-    }
-    return e;
-}
-
-/* The shortest rotation vector that brings down to where the accelerometer shows it. */
-static inline ahrs_vec3 ahrs_tilt_error(ahrs_vec3 down, ahrs_vec3 force) {
-    const ahrs_vec3 measured = ahrs_vec3_unit(ahrs_vec3_negate(force));
-    const ahrs_vec3 cross = ahrs_vec3_cross(measured, down);
-    const ahrs_real sine = ahrs_vec3_norm(cross);
-    return sine > 0 ? ahrs_vec3_scale(cross, ahrs_atan2(sine, ahrs_vec3_dot(measured, down)) / sine) : cross;
-}
-
-/* The rotation from a predicted attitude to the one that accelerometer and magnetometer show; of what cannot be used,
- * the prediction is kept. */
-static inline ahrs_vec3 ahrs_attitude_error(ahrs_quat q, const ahrs_sample *z) {
-    if (!z->accel_usable) {
-        return ahrs_decoupled_error(ahrs_quat_to_mat3(q), z);
-    }
-    if (!z->mag_usable) {
-        return ahrs_tilt_error(ahrs_quat_down(q), z->accel);
-    }
-    return ahrs_quat_log(ahrs_quat_mul(ahrs_quat_conj(q), ahrs_attitude_of(z->accel, z->mag)));
-}
-
-/* The attitude that accelerometer and magnetometer show, with the sign of the predicted one. */
-static inline ahrs_quat ahrs_measured_attitude(ahrs_quat q, const ahrs_sample *z) {
-    if (z->accel_usable && z->mag_usable) {
-        return ahrs_quat_near(ahrs_attitude_of(z->accel, z->mag), q);
-    }
-    return ahrs_quat_turn(q, ahrs_attitude_error(q, z));
-}
-
-#endif
 /* First-order complementary filter on the quaternion (docs/algorithms.md section 1). */
 
 static inline void ahrs_complementary_init(ahrs_complementary_state *s, const ahrs_complementary_params *p) {
@@ -2534,7 +2555,7 @@ static const fmu_variable complementary_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(complementary_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(complementary_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(complementary_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(complementary_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(complementary_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"kp", 1000, 1, offsetof(complementary_instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
 };
 
@@ -2601,9 +2622,9 @@ static inline void ahrs_complementary_defaults(ahrs_complementary_params *p, ahr
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->kp = AHRS_C(0.58);
     u->gyro[0] = AHRS_C(0.0);
     u->gyro[1] = AHRS_C(0.0);
@@ -2968,7 +2989,7 @@ static const fmu_variable gcf_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(gcf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(gcf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(gcf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(gcf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(gcf_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"kp", 1000, 1, offsetof(gcf_instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
     {"ki", 1001, 1, offsetof(gcf_instance, params.ki), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000.0},
     {"kii", 1002, 1, offsetof(gcf_instance, params.kii), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000000.0},
@@ -3083,9 +3104,9 @@ static inline void ahrs_gcf_defaults(ahrs_gcf_params *p, ahrs_gcf_inputs *u) {
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->kp = AHRS_C(0.5);
     p->ki = AHRS_C(0.1);
     p->kii = AHRS_C(0.0);
@@ -3341,7 +3362,7 @@ static const fmu_variable improved_ekf_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(improved_ekf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(improved_ekf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(improved_ekf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(improved_ekf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(improved_ekf_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"gyro_noise", 1040, 1, offsetof(improved_ekf_instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
     {"attitude_noise", 1045, 1, offsetof(improved_ekf_instance, params.attitude_noise), FMU_REAL, FMU_TUNABLE, FMU_MIN_OPEN, 0.0, 100.0},
     {"motion_noise", 1047, 1, offsetof(improved_ekf_instance, params.motion_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
@@ -3404,9 +3425,9 @@ static inline void ahrs_improved_ekf_defaults(ahrs_improved_ekf_params *p, ahrs_
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->gyro_noise = AHRS_C(0.01);
     p->attitude_noise = AHRS_C(0.002);
     p->accel_distrust = AHRS_C(1.0);
@@ -3466,7 +3487,7 @@ static const fmu_model ahrs_improved_ekf_model = {
 
 /* What carries the sensor; sets the time constant of the tilt */
 enum {
-    AHRS_KCF_PROFILE_HAND = 0, /* worn or held by a person, robots arms: accelerations change sign within seconds; 3.5 s */
+    AHRS_KCF_PROFILE_HAND = 0, /* worn or held by a person, robot arms: accelerations change sign within seconds; 3.5 s */
     AHRS_KCF_PROFILE_MULTIROTOR = 1, /* accelerations last for seconds, the gyroscope is good for ten: 10 s */
     AHRS_KCF_PROFILE_CUSTOM = 2, /* accel_time_constant says */
 };
@@ -3492,14 +3513,14 @@ typedef struct {
     ahrs_real gyro_misalignment_std; /* Misalignment and cross coupling of the gyroscope, standard deviation per element [rad] */
     ahrs_real hard_iron_std; /* Hard iron that a calibration leaves, standard deviation per axis, of the local field [1] */
     ahrs_real mag_latency_std; /* Latency of the magnetometer against the gyroscope, standard deviation [s] */
-    ahrs_real mag_density; /* Noise density of the field with everything that varies slowly in it, of the local field [s0.5] */
+    ahrs_real mag_density; /* Deviation of the mean of the field over one second, with everything that varies slowly in it, of the local field [1] */
     ahrs_real mag_noise; /* Usual deviation of one magnetometer sample from the expected field, of the local field [1] */
     ahrs_real mag_rate_noise; /* Additional deviation per angular rate [s] */
     ahrs_real mag_tilt_noise; /* Additional deviation while the first tilt settles [1] */
-    ahrs_real hard_iron_walk; /* Random walk of the hard iron, of the local field [s-0.5] */
-    ahrs_real field_walk; /* Random walk of the local field, of itself [s-0.5] */
-    ahrs_real heading_walk; /* Random walk of the integrated heading [rad/s0.5] */
-    ahrs_real heading_rate_walk; /* Random walk of the integrated heading per angular rate [s0.5] */
+    ahrs_real hard_iron_walk; /* Random walk of the hard iron: standard deviation after one second, of the local field [1] */
+    ahrs_real field_walk; /* Random walk of the local field: standard deviation after one second, of itself [1] */
+    ahrs_real heading_walk; /* Random walk of the integrated heading: standard deviation after one second [rad] */
+    ahrs_real heading_rate_walk; /* Random walk of the integrated heading per angular rate: standard deviation after one second at one rad/s [s] */
     ahrs_real jump_time; /* Time over which a misfit of the field is averaged before it counts as a change [s] */
     ahrs_real jump_threshold; /* Mean squared misfit, of the expected one, above which the field or the hard iron has changed [1] */
     ahrs_real jump_hard_iron; /* How fast a change makes the hard iron uncertain [1/s] */
@@ -3509,7 +3530,7 @@ typedef struct {
     int32_t use_mag; /* False: six axes only, the heading is integrated from the gyroscope */
     int32_t spread; /* Spread the slow step over the samples until the next one, so that no sample costs much more than another; its result comes one slow period later */
     int32_t gyro_sampling; /* What a gyroscope sample stands for, used with refine (enumeration gyro_sampling) */
-    int32_t refine; /* Correct the averaged tilt for what has since been learned of the gyroscope, join rate samples to second order, let both hypotheses share one field until the body has turned; false: the plain equations, for comparison */
+    int32_t refine; /* Correct the averaged tilt for what has since been learned of the gyroscope, join rate samples to second order, keep north through a change of the field; false: the plain equations, for comparison */
 } ahrs_kcf_params;
 
 typedef ahrs_estimator_inputs ahrs_kcf_inputs;
@@ -3525,7 +3546,7 @@ typedef struct {
     ahrs_real uncalibrated; /* Probability that the magnetometer has an uncalibrated hard iron; 0 when the question is closed [1] */
     int32_t covariance_reset; /* The covariance was reset at the last sample */
     int32_t at_rest; /* Rest is detected: the gyroscope shows its bias */
-    int32_t mag_disturbed; /* The field does not fit what has been learned */
+    int32_t mag_disturbed; /* The field does not fit what has been learned, or is another one than at first */
     int32_t implausible; /* Gyroscope and accelerometer or magnetometer turn in opposite senses: check axes and signs */
 } ahrs_kcf_outputs_t;
 
@@ -3577,6 +3598,12 @@ typedef struct {
     ahrs_real mag_scale; /* Inverse norm of the first magnetometer sample, 0 before [1/T] */
     ahrs_real misfit; /* Mean squared misfit of the field, of the expected one [1] */
     ahrs_real excess; /* Variance that the misfit has in excess, at the last update [1] */
+    ahrs_real change_views; /* Views of the field with a misfit since it became suspect [1] */
+    ahrs_real fit_views; /* Views of the field since it has been fitting [1] */
+    ahrs_real old_misfit; /* Mean squared misfit of the old field, of the expected one [1] */
+    ahrs_real calm_field[3]; /* Field before it changed, of its norm [1] */
+    ahrs_real calm_iron[3]; /* Hard iron before that, of the field [1] */
+    ahrs_real north_angle[2]; /* Cosine and sine of the angle from the other field to the old one [1] */
     ahrs_real alt_x[6]; /* Field and hard iron if it is not [1] */
     ahrs_real alt_cov[21]; /* Covariance of alt_x, lower triangle row by row [1] */
     ahrs_real alt_q[4]; /* Level attitude when the question was asked [1] */
@@ -3589,6 +3616,8 @@ typedef struct {
     ahrs_real sense_power[6]; /* Power of the turn that the gyroscope predicts, per axis [1] */
     int32_t phase; /* Next part of the slow step */
     int32_t job; /* Bits: what the slow step under way has to do */
+    int32_t change; /* The field: 0 as it was, 1 suspect, 2 another one, not known yet, 3 another one, known */
+    int32_t iron_known; /* Whether the hard iron was as certain as a calibration leaves it when the field last fitted */
     int32_t question; /* Is the magnetometer calibrated: 0 not yet asked, 1 open, 2 answered */
 } ahrs_kcf_state;
 
@@ -3623,6 +3652,10 @@ enum { kcf_MAG_FRESH = 16, kcf_SEEN_FORCE = 32, kcf_SEEN_MAG = 64, kcf_REALIGN =
 
 enum { kcf_QUESTION_NEW, kcf_QUESTION_OPEN, kcf_QUESTION_ANSWERED };
 
+/* What has become of the field: it is as it was; it does not fit, for a reason that turning will show; it is another
+ * one, not known yet; it is another one, and known. */
+enum { kcf_FIELD_CALM, kcf_FIELD_SUSPECT, kcf_FIELD_STRANGE, kcf_FIELD_OTHER };
+
 /* The parts of the slow step. */
 enum { kcf_PHASE_COUPLE, kcf_PHASE_GYRO_X, kcf_PHASE_GYRO_Y, kcf_PHASE_GYRO_Z, kcf_PHASE_FIELD, kcf_PHASE_MAG_X, kcf_PHASE_MAG_Y, kcf_PHASE_MAG_Z,
        kcf_PHASE_ALTERNATIVE, kcf_PHASE_APPLY, kcf_PHASE_EVIDENCE, kcf_PHASES };
@@ -3631,7 +3664,9 @@ static const ahrs_real kcf_SQRT2 = AHRS_C(1.41421356237309504880);
 static const ahrs_real kcf_HAND_TIME = AHRS_C(3.5), MULTIROTOR_TIME = AHRS_C(10.0); /* s */
 static const ahrs_real kcf_BIAS_GROWTH = AHRS_C(0.0017453292519943296);             /* rad/s, in bias_forget_time */
 
-static const ahrs_real kcf_REST_TIME = AHRS_C(1.5), REST_FILTER_TIME = AHRS_C(0.5); /* s */
+/* Just below 1.5 s and 0.5 s, so that a whole number of samples counts alike in both precisions. */
+static const ahrs_real kcf_REST_TIME = AHRS_C(1.4999), REST_START_TIME = AHRS_C(0.4999);
+static const ahrs_real kcf_REST_FILTER_TIME = AHRS_C(0.5); /* s */
 static const ahrs_real kcf_REST_GYRO = AHRS_C(0.03490658503988659);                 /* rad/s */
 static const ahrs_real kcf_REST_ACCEL = AHRS_C(0.5);                                /* m/s2 */
 
@@ -3640,9 +3675,12 @@ static const ahrs_real kcf_IRON_MAX = AHRS_C(10.0), SCALE_MAX = AHRS_C(0.2), LAT
 static const ahrs_real kcf_SENSE_POWER = AHRS_C(0.5), SENSE_OPPOSED = AHRS_C(0.3), SENSE_GRAVITY = AHRS_C(0.85);
 static const ahrs_real kcf_LAG_MAX = AHRS_C(0.3); /* rad */
 static const ahrs_real kcf_MISFIT_MAX = AHRS_C(1e4);
+/* Views of the field after which a misfit is no hard iron, and after which a field without misfit is known. */
+static const ahrs_real kcf_VIEWS_REFUTE = AHRS_C(6.0), VIEWS_PROVE = AHRS_C(2.0);
+static const ahrs_real kcf_OLD_FIELD_TIME = AHRS_C(2.0), OLD_FIELD_FITS = AHRS_C(1.5); /* s, mean squared misfit */
 static const ahrs_real kcf_MAG_TIME_MAX = AHRS_C(0.2); /* s: rarer samples count as single ones */
 
-/* Learning rate of the uncalibrated hypothesis: independent views of the field per second, at rest and per radian. */
+/* Independent views of the field: per second at rest, one per angle in motion, at most so many per second. */
 static const ahrs_real kcf_VIEWS_AT_REST = AHRS_C(0.02), VIEW_ANGLE = AHRS_C(0.5), VIEWS_MAX = AHRS_C(1.0);
 static const ahrs_real kcf_LOST = AHRS_C(0.03); /* rad2: an attitude less certain than 10 deg begins anew */
 static const ahrs_real kcf_TURNED = AHRS_C(6e-4); /* squared difference of rotation matrices: 1 deg */
@@ -3794,7 +3832,7 @@ static void kcf_integrate(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahr
  * change from sample to sample. */
 static void kcf_set_rest_filter(ahrs_kcf_state *s, ahrs_real T) {
     ahrs_real sine, cosine;
-    ahrs_sincos(T / (kcf_SQRT2 * REST_FILTER_TIME), &sine, &cosine);
+    ahrs_sincos(T / (kcf_SQRT2 * kcf_REST_FILTER_TIME), &sine, &cosine);
     const ahrs_real g = sine / cosine;
     s->rest_gain[0] = 1 / (1 + g * (g + kcf_SQRT2));
     s->rest_gain[1] = g * s->rest_gain[0];
@@ -3809,7 +3847,7 @@ static void kcf_detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
     }
     const ahrs_real in[6] = {z->rate.x, z->rate.y, z->rate.z, z->force.x, z->force.y, z->force.z};
     ahrs_real deviation[6];
-    const bool starting = s->rest_age < REST_FILTER_TIME;
+    const bool starting = s->rest_age < REST_START_TIME;
     if (starting) {
         s->rest_age += z->dt;
         s->rest_count += 1;
@@ -3818,7 +3856,7 @@ static void kcf_detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
             const ahrs_real mean = s->rest_two[i] / s->rest_count;
             deviation[i] = in[i] - mean;
             s->rest_one[i] = 0;
-            if (!(s->rest_age < REST_FILTER_TIME)) {
+            if (!(s->rest_age < REST_START_TIME)) {
                 s->rest_two[i] = mean;
             }
         }
@@ -4143,6 +4181,92 @@ static void kcf_align(ahrs_real *field, ahrs_vec3 seen) {
     }
 }
 
+/* Makes three states independent of all others, with a variance of their own. */
+static void kcf_make_independent(ahrs_kcf_state *s, int first, ahrs_real variance) {
+    for (int i = first; i < first + 3; i++) {
+        for (int j = 0; j < kcf_N; j++) {
+            *kcf_entry(s->cov, i, j) = 0;
+        }
+        kcf_row(s->cov, i)[i] = variance;
+    }
+}
+
+/* Takes field and hard iron from before a change, or the field that is seen. */
+static void kcf_renew_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 field, ahrs_real variance, int32_t change) {
+    ahrs_vec3_to(s->x + kcf_FIELD, field);
+    memcpy(s->x + kcf_IRON, s->calm_iron, sizeof s->calm_iron);
+    kcf_make_independent(s, kcf_FIELD, variance);
+    kcf_make_independent(s, kcf_IRON, kcf_square(p->hard_iron_std));
+    s->misfit = 1;
+    s->excess = 0;
+    s->old_misfit = kcf_MISFIT_MAX;
+    s->change_views = 0;
+    s->fit_views = 0;
+    s->change = change;
+}
+
+/* Angle, as cosine and sine, from the other field to where the old one would be. */
+static void kcf_note_north(ahrs_kcf_state *s) {
+    const ahrs_real *a = s->x + kcf_FIELD, *b = s->calm_field;
+    const ahrs_real scale = 1 / ahrs_sqrt((a[0] * a[0] + a[1] * a[1]) * (b[0] * b[0] + b[1] * b[1]));
+    s->north_angle[0] = scale * (a[0] * b[0] + a[1] * b[1]);
+    s->north_angle[1] = scale * (a[0] * b[1] - a[1] * b[0]);
+}
+
+/* The old field, at that angle from the other one as it is known now. */
+static void kcf_follow_north(ahrs_kcf_state *s) {
+    const ahrs_real *a = s->x + kcf_FIELD, *turn = s->north_angle;
+    const ahrs_vec3 seen = {turn[0] * a[0] - turn[1] * a[1], turn[1] * a[0] + turn[0] * a[1], 0};
+    kcf_align(s->calm_field, seen);
+}
+
+/* Whether the old field is back. */
+static bool kcf_is_back(ahrs_kcf_state *s, const ahrs_mat3 *R, ahrs_real expected) {
+    const ahrs_vec3 off = ahrs_vec3_sub(kcf_level_field(s, R, ahrs_vec3_of(s->calm_iron)), ahrs_vec3_of(s->calm_field));
+    const ahrs_real ratio = ahrs_min(ahrs_vec3_norm2(off) / (3 * expected), kcf_MISFIT_MAX);
+    const ahrs_real weight = s->old_misfit < kcf_MISFIT_MAX ? ahrs_min(s->job_mag_time / kcf_OLD_FIELD_TIME, 1) : 1;
+    s->old_misfit += weight * (ratio - s->old_misfit);
+    return s->old_misfit < OLD_FIELD_FITS;
+}
+
+/* Whether the hard iron is as certain as a calibration would leave it. */
+static bool kcf_knows_iron(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    const ahrs_real limit = kcf_square(p->hard_iron_std);
+    return kcf_row_of(s->cov, 3)[3] < limit && kcf_row_of(s->cov, 4)[4] < limit && kcf_row_of(s->cov, 5)[5] < limit;
+}
+
+/* Tells a change of the field from one of the hard iron. What has fitted through enough views is trusted: turning makes a hard iron fit, and never a field. Until the
+ * old field is back, north is kept by the gyroscope, and by the other field once that is known. */
+static void kcf_judge_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_mat3 *R, ahrs_real expected) {
+    const bool misfit = s->misfit > p->jump_threshold, fits = s->misfit < AHRS_C(0.5) * p->jump_threshold;
+    const ahrs_real views = s->job_mag_time * ahrs_min(VIEWS_MAX, ahrs_sqrt(s->job_rate2) / VIEW_ANGLE);
+    s->change_views += misfit ? views : 0;
+    s->fit_views = fits ? s->fit_views + views : 0;
+    if (s->change == kcf_FIELD_CALM && !misfit) {
+        s->iron_known = kcf_knows_iron(s, p) && (s->iron_known || s->fit_views > kcf_VIEWS_REFUTE);
+    }
+    if (s->question == kcf_QUESTION_OPEN || !p->refine || (s->change == kcf_FIELD_CALM && !(misfit && s->iron_known))) {
+        memcpy(s->calm_field, s->x + kcf_FIELD, sizeof s->calm_field);
+        memcpy(s->calm_iron, s->x + kcf_IRON, sizeof s->calm_iron);
+        s->change_views = 0;
+        s->change = kcf_FIELD_CALM;
+    } else if (s->change <= kcf_FIELD_SUSPECT) {
+        s->change = s->fit_views > VIEWS_PROVE ? kcf_FIELD_CALM : kcf_FIELD_SUSPECT;
+        if (s->change_views > kcf_VIEWS_REFUTE) {
+            kcf_renew_field(s, p, kcf_level_field(s, R, ahrs_vec3_of(s->calm_iron)), 1, kcf_FIELD_STRANGE);
+        }
+    } else if (kcf_is_back(s, R, expected)) {
+        kcf_renew_field(s, p, ahrs_vec3_of(s->calm_field), kcf_square(p->mag_noise), kcf_FIELD_CALM);
+    } else if (misfit) {
+        s->change = kcf_FIELD_STRANGE;
+    } else if (s->change == kcf_FIELD_OTHER) {
+        kcf_follow_north(s);
+    } else if (s->fit_views > VIEWS_PROVE) {
+        kcf_note_north(s);
+        s->change = kcf_FIELD_OTHER;
+    }
+}
+
 /* Innovation of the magnetometer, its noise, and how far field and hard iron may have changed with it. */
 static void kcf_expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real T = s->job_mag_time;
@@ -4155,12 +4279,14 @@ static void kcf_expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         kcf_align(s->x, field);
         kcf_align(s->alt_x, kcf_level_field(s, &R, ahrs_vec3_of(s->alt_x + kcf_IRON)));
         s->job &= ~kcf_REALIGN;
+        s->change = kcf_FIELD_CALM;
     }
-    const ahrs_vec3 nu = ahrs_vec3_sub(field, ahrs_vec3_of(s->x + kcf_FIELD));
-    ahrs_vec3_to(s->job_nu, nu);
     const ahrs_real rate2 = ahrs_vec3_norm2(ahrs_vec3_of(s->job_rate));
     const ahrs_real expected = kcf_square(p->mag_noise) + kcf_square(p->mag_rate_noise) * rate2 +
                                kcf_square(p->mag_tilt_noise) * ahrs_exp_decay(s->tilt_age / kcf_tau_accel(p));
+    kcf_judge_field(s, p, &R, expected);
+    const ahrs_vec3 nu = ahrs_vec3_sub(kcf_level_field(s, &R, kcf_iron(s)), ahrs_vec3_of(s->x + kcf_FIELD));
+    ahrs_vec3_to(s->job_nu, nu);
     const ahrs_real misfit2 = ahrs_vec3_norm2(nu) / 3, ratio = misfit2 / expected;
     const ahrs_real excess = kcf_excess_of(p, &s->misfit, ratio, expected, T);
     s->job_noise[0] = expected;
@@ -4347,8 +4473,9 @@ static void kcf_find_north(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     /* Before the body has turned, the hypotheses differ in nothing but the noise of their first samples. */
     const bool same = p->refine && kcf_rotation_difference(s->job_q, s->alt_q) < kcf_TURNED;
     const ahrs_real other = s->question == kcf_QUESTION_OPEN && !same ? s->alt_probability : 0;
-    const ahrs_real x = (1 - other) * s->x[0] + other * s->alt_x[0];
-    const ahrs_real y = (1 - other) * s->x[1] + other * s->alt_x[1];
+    const ahrs_real *field = s->change >= kcf_FIELD_STRANGE ? s->calm_field : s->x;
+    const ahrs_real x = (1 - other) * field[0] + other * s->alt_x[0];
+    const ahrs_real y = (1 - other) * field[1] + other * s->alt_x[1];
     const ahrs_real norm = ahrs_sqrt(x * x + y * y);
     if (!(norm > 0)) {
         return;
@@ -4481,17 +4608,22 @@ static void kcf_turn_heading(ahrs_kcf_state *s) {
     }
 }
 
+static bool kcf_disturbed(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    return s->misfit > p->jump_threshold || s->change >= kcf_FIELD_STRANGE;
+}
+
 static void kcf_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z, ahrs_real turn_time) {
     kcf_integrate(s, p, z, turn_time);
     kcf_detect_rest(s, z);
-    const ahrs_real half_step = AHRS_C(0.5) * z->dt;
+    /* Half a sample, and not quite, so that both precisions round a slow period alike. */
+    const ahrs_real half_step = AHRS_C(0.499) * z->dt;
     if (s->block_time + half_step >= p->slow_period) {
         kcf_run_phases(s, p, kcf_PHASES);
         kcf_begin_slow_step(s, p, z);
     }
     const ahrs_real done = (s->block_time + half_step) / p->slow_period;
     kcf_run_phases(s, p, p->spread ? (int32_t)((ahrs_real)kcf_PHASES * done) : kcf_PHASES);
-    ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, s->misfit > p->jump_threshold);
+    ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, kcf_disturbed(s, p));
     ahrs_set_condition(&s->common, AHRS_IMPLAUSIBLE, kcf_implausible(s, p));
 }
 
@@ -4553,7 +4685,7 @@ static inline void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_para
     y->disturbance = s->misfit;
     y->uncalibrated = s->alt_probability;
     y->at_rest = kcf_at_rest(s);
-    y->mag_disturbed = s->misfit > p->jump_threshold;
+    y->mag_disturbed = kcf_disturbed(s, p);
     y->implausible = kcf_implausible(s, p);
 }
 
@@ -4606,7 +4738,7 @@ static const fmu_variable kcf_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(kcf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(kcf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(kcf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(kcf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(kcf_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"hard_iron", 300, 3, offsetof(kcf_instance, outputs.hard_iron), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
     {"gyro_scale", 303, 9, offsetof(kcf_instance, outputs.gyro_scale), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
     {"mag_latency", 312, 1, offsetof(kcf_instance, outputs.mag_latency), FMU_REAL, FMU_OUTPUT, 0, -DBL_MAX, DBL_MAX},
@@ -4705,9 +4837,9 @@ static inline void ahrs_kcf_defaults(ahrs_kcf_params *p, ahrs_kcf_inputs *u) {
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->profile = 0;
     p->accel_time_constant = AHRS_C(3.5);
     p->use_mag = 1;
@@ -4916,7 +5048,7 @@ static const fmu_variable mahony_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(mahony_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(mahony_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(mahony_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(mahony_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(mahony_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"kp", 1000, 1, offsetof(mahony_instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
     {"ki", 1001, 1, offsetof(mahony_instance, params.ki), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000.0},
     {"bias_limit", 1003, 1, offsetof(mahony_instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
@@ -5001,9 +5133,9 @@ static inline void ahrs_mahony_defaults(ahrs_mahony_params *p, ahrs_mahony_input
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->kp = AHRS_C(1.0);
     p->ki = AHRS_C(0.1);
     p->bias_limit = AHRS_C(0.2);
@@ -5196,7 +5328,7 @@ static const fmu_variable mahony_ekf_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(mahony_ekf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(mahony_ekf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(mahony_ekf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(mahony_ekf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(mahony_ekf_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"kp", 1000, 1, offsetof(mahony_ekf_instance, params.kp), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000.0},
     {"ki", 1001, 1, offsetof(mahony_ekf_instance, params.ki), FMU_REAL, FMU_TUNABLE, 0, 0.0, 1000000.0},
     {"bias_limit", 1003, 1, offsetof(mahony_ekf_instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
@@ -5287,9 +5419,9 @@ static inline void ahrs_mahony_ekf_defaults(ahrs_mahony_ekf_params *p, ahrs_maho
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->kp = AHRS_C(1.0);
     p->ki = AHRS_C(0.1);
     p->bias_limit = AHRS_C(0.2);
@@ -5670,7 +5802,7 @@ static const fmu_variable mekf_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(mekf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(mekf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(mekf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(mekf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(mekf_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"bias_limit", 1003, 1, offsetof(mekf_instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
     {"gyro_noise", 1040, 1, offsetof(mekf_instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, 0, 1e-07, 100.0},
     {"gyro_bias_noise", 1041, 1, offsetof(mekf_instance, params.gyro_bias_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
@@ -5736,9 +5868,9 @@ static inline void ahrs_mekf_defaults(ahrs_mekf_params *p, ahrs_mekf_inputs *u) 
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->bias_limit = AHRS_C(0.2);
     p->gyro_noise = AHRS_C(0.0002);
     p->gyro_bias_noise = AHRS_C(0.000175);
@@ -5895,7 +6027,7 @@ static const fmu_variable strapdown_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(strapdown_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(strapdown_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(strapdown_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(strapdown_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(strapdown_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
 };
 
 static bool strapdown_limit_0(const void *data) {
@@ -5953,9 +6085,9 @@ static inline void ahrs_strapdown_defaults(ahrs_strapdown_params *p, ahrs_strapd
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     u->gyro[0] = AHRS_C(0.0);
     u->gyro[1] = AHRS_C(0.0);
     u->gyro[2] = AHRS_C(0.0);
@@ -6073,7 +6205,7 @@ typedef struct {
     int32_t rows;
     bool accel, mag;
     ahrs_real gravity, north, down; /* what is expected */
-    ahrs_real ukf_measured[ukf_Z];
+    ahrs_real measured[ukf_Z];
 } ukf_measurement;
 
 static ukf_weights ukf_weights_of(const ahrs_ukf_params *p) {
@@ -6170,7 +6302,7 @@ static bool ukf_predict(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_
     return true;
 }
 
-static ukf_measurement ukf_measured(const ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_sample *z) {
+static ukf_measurement ukf_measurement_of(const ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_sample *z) {
     ukf_measurement m = {.accel = z->accel_usable, .mag = z->mag_usable};
     if (m.accel) {
         const ahrs_real variance =
@@ -6275,7 +6407,7 @@ static inline void ahrs_ukf_update(ahrs_ukf_state *s, const ahrs_ukf_params *p, 
     ahrs_quat q = ahrs_quat_of(s->common.q);
     ahrs_vec3 bias = ahrs_vec3_of(s->bias);
     bool kept = ukf_predict(s, p, &z, &w, &q);
-    const ukf_measurement m = ukf_measured(s, p, &z);
+    const ukf_measurement m = ukf_measurement_of(s, p, &z);
     if (kept && z.gain_dt > 0 && m.rows > 0) {
         kept = ukf_correct(s, &m, &w, &q, &bias);
     }
@@ -6345,7 +6477,7 @@ static const fmu_variable ukf_variables[] = {
     {"gyro_zero_limit", 222, 1, offsetof(ukf_instance, params.common.gyro_zero_limit), FMU_REAL, FMU_FIXED, 0, 0.0, 10.0},
     {"accel_cutoff", 223, 1, offsetof(ukf_instance, params.common.accel_cutoff), FMU_REAL, FMU_FIXED, 0, 0.0, 10000.0},
     {"mag_offset", 224, 3, offsetof(ukf_instance, params.common.mag_offset), FMU_REAL, FMU_FIXED, 0, -0.01, 0.01},
-    {"mag_scale", 227, 3, offsetof(ukf_instance, params.common.mag_scale), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
+    {"mag_gain", 227, 3, offsetof(ukf_instance, params.common.mag_gain), FMU_REAL, FMU_FIXED, 0, 0.01, 100.0},
     {"bias_limit", 1003, 1, offsetof(ukf_instance, params.bias_limit), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
     {"gyro_noise", 1040, 1, offsetof(ukf_instance, params.gyro_noise), FMU_REAL, FMU_TUNABLE, 0, 1e-07, 100.0},
     {"gyro_bias_noise", 1041, 1, offsetof(ukf_instance, params.gyro_bias_noise), FMU_REAL, FMU_TUNABLE, 0, 0.0, 100.0},
@@ -6422,9 +6554,9 @@ static inline void ahrs_ukf_defaults(ahrs_ukf_params *p, ahrs_ukf_inputs *u) {
     p->common.mag_offset[0] = AHRS_C(0.0);
     p->common.mag_offset[1] = AHRS_C(0.0);
     p->common.mag_offset[2] = AHRS_C(0.0);
-    p->common.mag_scale[0] = AHRS_C(1.0);
-    p->common.mag_scale[1] = AHRS_C(1.0);
-    p->common.mag_scale[2] = AHRS_C(1.0);
+    p->common.mag_gain[0] = AHRS_C(1.0);
+    p->common.mag_gain[1] = AHRS_C(1.0);
+    p->common.mag_gain[2] = AHRS_C(1.0);
     p->bias_limit = AHRS_C(0.2);
     p->gyro_noise = AHRS_C(0.0002);
     p->gyro_bias_noise = AHRS_C(0.000175);
