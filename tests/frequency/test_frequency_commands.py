@@ -105,6 +105,15 @@ def test_bode_of_the_coupled_error_has_a_theory_on_pitch_only(capsys: pytest.Cap
     assert "add --measure" in refused(capsys, "bode", *settings, "--axis", "roll")
 
 
+@pytest.mark.parametrize(("axis", "decibels"), [("roll", "0.0"), ("yaw", "0.00")])
+def test_bode_knows_that_motion_compensation_acts_on_tilt_alone(
+    axis: str, decibels: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = ("--set", "motion_compensation=true", "--set", "motion_time_constant=2", "--measure")
+    options = ("--points", 3, "--low", 0.3, "--amplitude", 2, "--axis", axis)
+    assert said(capsys, "bode", *settings, *options).count(f"at most {decibels}") == 2
+
+
 def test_bode_names_the_nearest_filter_where_there_is_no_theory(capsys: pytest.CaptureFixture[str]) -> None:
     quick = ("--measure", "--method", "multisine", "--points", 5, "--low", 0.1)
     text = said(capsys, "bode", "--set", "error=coupled", *quick)

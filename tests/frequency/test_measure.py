@@ -170,6 +170,7 @@ def test_error_bars_grow_when_the_signal_is_disturbed() -> None:
     assert np.all(np.degrees(large.error_phase) > 0.0)
 
 
+@pytest.mark.slow
 def test_workers_share_the_frequencies_and_give_the_same_numbers() -> None:
     expected = filter_of(SECOND, T)
     schedule = plan("angle", [0.5, 5.0], expected)

@@ -14,7 +14,7 @@ import numpy as np
 import typer
 
 from ahrs_fmu import descriptors, plots
-from ahrs_fmu.analysis.equivalent import equivalent
+from ahrs_fmu.analysis.equivalent import Equivalent, equivalent
 from ahrs_fmu.analysis.measure import (
     AXES,
     Deviation,
@@ -48,6 +48,8 @@ docs/frequency.md explains the pictures.
 _PATHS: tuple[Excited, Excited] = ("angle", "rate")
 _GAINS = frozenset(("kp", "ki", "kii", "kg", "kh", "error"))
 _WANTED = frozenset(("sample_time", "motion_compensation", "motion_time_constant")) | _GAINS
+_DECOUPLED = 0.0
+"""Item of the enumeration `error`."""
 _WITH_THEORY = "GCF"
 """The estimator whose gains are those of the theory, step by step."""
 
@@ -95,48 +97,52 @@ def bode(
     given |= {name: v for name, v in (("kp", kp), ("ki", ki), ("kii", kii)) if v is not None}
     number = AXES.index(axis)
     device = _device(estimator, fmu, given, number)
-    if not 0.0 < low < high:
-        raise DesignError(f"frequencies from {low:g} to {high:g} rad/s: give positive ones, the lower first")
-    if high * device.sample_time >= math.pi:
-        half = math.pi / device.sample_time
-        raise DesignError(f"frequency = {high:g} rad/s: stay below half the sample rate, {half:g} rad/s")
-    omega = np.geomspace(low, high, points)
-    expected = None
-    if device.gains is not None:
-        closed = filter_of(device.gains, device.sample_time, device.motion_time_constant)
-        expected = closed.require_stable()
+    omega = _frequencies(low, high, points, device.sample_time)
+    expected = _theory_of(device)
+    if expected is None and not measure:
+        raise DesignError(f"{device.title} has no gains to draw the theory of on {axis}: add --measure")
     responses: list[FrequencyResponse] = []
     if measure:
         radians = math.radians(amplitude)
         responses = _measured(device, expected, omega, number, radians, method, workers)
-    elif expected is None:
-        raise DesignError(f"{device.title} has no gains to draw the theory of on {axis}: add --measure")
     heading = f"{device.title}, {axis}, {1.0 / device.sample_time:.4g} Hz"
     terminal.OUT.print(heading)
-    theory: Responding
-    if expected is not None:
-        theory, filter_ = expected, expected
-    else:
-        nearest = equivalent(responses[0], device.sample_time)
-        lag = "" if nearest.lag is None else f", with a low-pass of {nearest.lag:.3g} rad/s behind it"
-        terminal.OUT.print(
-            f"nearest complementary filter: kp {nearest.gains.kp:.4g}, ki {nearest.gains.ki:.4g}, crossover "
-            f"{nearest.crossover:.3g} rad/s{lag}; it is the theory below"
-        )
-        theory, filter_ = nearest, nearest.filter
+    theory = expected or _print_nearest(equivalent(responses[0], device.sample_time))
     if not responses:
         _print_theory(omega, theory)
     for response in responses:
         _print_measured(theory, response)
-    characteristics = characterise(filter_)
+    characteristics = characterise(theory.filter if isinstance(theory, Equivalent) else theory)
     numbers.print_rows(rows(characteristics), "filter")
-    pictures = []
     if save:
-        name = "_".join((device.title.lower().replace(" ", "_"), axis))
-        pictures = plots.save(bode_figure(theory, responses, heading), output / "bode" / name)
-    for picture in pictures:
-        terminal.OUT.print(f"plot: {picture}")
+        name = f"{device.title.lower().replace(' ', '_')}_{axis}"
+        for picture in plots.save(bode_figure(theory, responses, heading), output / "bode" / name):
+            terminal.OUT.print(f"plot: {picture}")
     numbers.write_json(_as_json(device, axis, omega, theory, responses, characteristics), json_file)
+
+
+def _frequencies(low: float, high: float, points: int, sample_time: float) -> Array:
+    if not 0.0 < low < high:
+        raise DesignError(f"frequencies from {low:g} to {high:g} rad/s: give positive ones, the lower first")
+    if high * sample_time >= math.pi:
+        half = math.pi / sample_time
+        raise DesignError(f"frequency = {high:g} rad/s: stay below half the sample rate, {half:g} rad/s")
+    return np.geomspace(low, high, points)
+
+
+def _theory_of(device: Device) -> ComplementaryFilter | None:
+    if device.gains is None:
+        return None
+    return filter_of(device.gains, device.sample_time, device.motion_time_constant).require_stable()
+
+
+def _print_nearest(nearest: Equivalent) -> Equivalent:
+    lag = "" if nearest.lag is None else f", with a low-pass of {nearest.lag:.3g} rad/s behind it"
+    terminal.OUT.print(
+        f"nearest complementary filter: kp {nearest.gains.kp:.4g}, ki {nearest.gains.ki:.4g}, crossover "
+        f"{nearest.crossover:.3g} rad/s{lag}; it is the theory below"
+    )
+    return nearest
 
 
 def _device(estimator: str, fmu: Path | None, given: Mapping[str, object], axis: int) -> Device:
@@ -155,13 +161,12 @@ def _device(estimator: str, fmu: Path | None, given: Mapping[str, object], axis:
             values = {name: float(stepper.get(name)) for name in _WANTED & stepper.fmu.variables.keys()}
     if "sample_time" not in values:
         raise DesignError(f"{title} has no parameter sample_time: it is not an estimator of this family")
-    compensates = values.get("motion_compensation", 0.0) > 0.0
     return Device(
         title=title,
         open=opened,
         sample_time=values["sample_time"],
         gains=_gains(values, axis) if title == _WITH_THEORY else None,
-        motion_time_constant=values["motion_time_constant"] if compensates else None,
+        motion_time_constant=_motion_time_constant(values, axis),
     )
 
 
@@ -174,11 +179,22 @@ def _fmu_value(value: object) -> float | str | bool:
 
 
 def _gains(values: Mapping[str, float], axis: int) -> Gains | None:
-    """Return the gains that act on an axis; roll and yaw of the coupled error are not one filter."""
+    """Return the gains that act on an axis, if they make one filter of it.
+
+    Of the coupled error only pitch is one, and only without motion compensation, which acts on the
+    accelerometer's share of it.
+    """
     gains = Gains(values["kp"], values["ki"], values["kii"])
-    if values["error"] == 0.0:
+    if values["error"] == _DECOUPLED:
         return gains
-    return gains.scaled(values["kg"] + values["kh"]) if AXES[axis] == "pitch" else None
+    alone = AXES[axis] == "pitch" and not values["motion_compensation"]
+    return gains.scaled(values["kg"] + values["kh"]) if alone else None
+
+
+def _motion_time_constant(values: Mapping[str, float], axis: int) -> float | None:
+    """Return the time constant of the motion compensation, which leaves the heading alone."""
+    acts = values.get("motion_compensation", 0.0) > 0.0 and AXES[axis] != "yaw"
+    return values["motion_time_constant"] if acts else None
 
 
 def _measured(
