@@ -8,6 +8,8 @@ DEVELOP := $(VENV)/ready-to-develop
 WORKERS ?= 2
 # Recordings with truth, used when they are there.
 export BROAD_DIR ?= $(abspath ../shared/data/broad)
+# The matrices are small: more threads than one only wait for each other.
+export OPENBLAS_NUM_THREADS ?= 1
 
 .PHONY: demo test test-all bench lint generate pictures clean help
 

@@ -34,8 +34,8 @@ typedef struct {
     ahrs_real motion_noise; /* Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation */
     ahrs_real initial_attitude_std; /* Standard deviation of the first attitude [rad] */
     ahrs_real forgetting; /* Weight of the estimated noise covariances from one sample to the next [1] */
-    ahrs_real measurement_variance_min; /* Least eigenvalue of the estimated measurement covariance, in m2/s4 and rad2 */
-    ahrs_real measurement_variance_max; /* Largest eigenvalue of the estimated measurement covariance, in m2/s4 and rad2 */
+    ahrs_real measurement_variance_min; /* Least eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is r_only or qr_safe */
+    ahrs_real measurement_variance_max; /* Largest eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is r_only or qr_safe */
     ahrs_real process_variance_min; /* Least eigenvalue of the process covariance per sample, when adaptation is qr_safe [1] */
     ahrs_real process_variance_max; /* Largest eigenvalue of the process covariance per sample, when adaptation is qr_safe [1] */
     int32_t adaptation; /* Which noise covariances are estimated (enumeration adaptation) */

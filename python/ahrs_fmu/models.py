@@ -62,11 +62,11 @@ class AdaptiveCKF(Estimator):
     warm_up : int, default 200
         Samples that the given noise covariances count for when the estimation begins.
     measurement_variance_min : float, default 0.0001
-        Least eigenvalue of the estimated measurement covariance, in m2/s4 and rad2. Must be at
-        least 1e-12 and at most 1e+06.
+        Least eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is
+        r_only or qr_safe. Must be at least 1e-12 and at most 1e+06.
     measurement_variance_max : float, default 1000.0
-        Largest eigenvalue of the estimated measurement covariance, in m2/s4 and rad2. Must be at
-        least 1e-12 and at most 1e+06.
+        Largest eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is
+        r_only or qr_safe. Must be at least 1e-12 and at most 1e+06.
     process_variance_min : float, default 1e-08
         Least eigenvalue of the process covariance per sample, when adaptation is qr_safe. Must be
         at least 1e-12 and at most 1.

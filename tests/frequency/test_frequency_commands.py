@@ -55,6 +55,16 @@ def written(path: str) -> dict[str, object]:
     return found
 
 
+@pytest.mark.parametrize("command", ["bode", "design", "allan", "explain"])
+def test_every_command_shows_examples_in_its_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"Examples:\n    ahrs-fmu {command}" in said(capsys, command, "--help")
+
+
+def test_bode_refuses_what_is_no_attitude_estimator(capsys: pytest.CaptureFixture[str]) -> None:
+    message = refused(capsys, "bode", "--estimator", "quadrotor", "--measure", "--points", 2)
+    assert "no variable gyro, accel, mag" in message
+
+
 def test_bode_shows_the_theory_of_gains(capsys: pytest.CaptureFixture[str]) -> None:
     text = said(capsys, "bode", "--kp", 0.5, "--ki", 0.1, "--points", 5, "--json", "bode.json")
     assert "crossover" in text
@@ -98,7 +108,7 @@ def test_bode_of_the_coupled_error_has_a_theory_on_pitch_only(capsys: pytest.Cap
 def test_bode_names_the_nearest_filter_where_there_is_no_theory(capsys: pytest.CaptureFixture[str]) -> None:
     quick = ("--measure", "--method", "multisine", "--points", 5, "--low", 0.1)
     text = said(capsys, "bode", "--set", "error=coupled", *quick)
-    assert "nearest complementary filter: crossover" in text
+    assert "nearest complementary filter: kp " in text
 
 
 def test_design_finds_gains_for_a_crossover(capsys: pytest.CaptureFixture[str]) -> None:

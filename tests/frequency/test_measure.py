@@ -87,6 +87,17 @@ def test_every_order_axis_and_realisation_has_the_response_of_the_theory(
     assert degrees < 0.05
 
 
+@pytest.mark.slow
+def test_the_numpy_class_has_the_response_of_the_theory() -> None:
+    expected = filter_of(SECOND, T)
+    numpy_class = CoreStepper(descriptors.load("gcf"), parameters_of(SECOND), back_end="numpy")
+    schedule = plan("angle", [2.0, 10.0], expected, settle=30.0)
+    response = stepped_sine(numpy_class, schedule, T, 1)
+    decibels, degrees = worst(response.main, expected.respond(schedule.omega)[0])
+    assert decibels < 0.01
+    assert degrees < 0.05
+
+
 def test_small_angles_follow_the_theory_more_closely() -> None:
     expected = filter_of(SECOND, T)
     response = stepped_sine(gcf(SECOND), plan("angle", FEW, expected, math.radians(1.0)), T, 2)

@@ -18,7 +18,7 @@ CORRECTING = tuple(name for name in ALL if name != "strapdown")
 WITH_COVARIANCE = ("adaptive_ckf", "cg_ekf", "improved_ekf", "mahony_ekf", "mekf", "ukf")
 LEARNING_BIAS = ("gcf", "mahony", "mahony_ekf", "mekf", "ukf")
 BY_POINTS = ("adaptive_ckf", "ukf")
-"""Their means over points feel the curvature of rotations within the covariance: milliradians while that is large."""
+"""Their means over points feel the curvature of rotations within a large covariance: milliradians."""
 PRECISIONS = ("double", "single")
 
 
@@ -180,7 +180,7 @@ def test_a_magnetometer_that_appears_later_aligns_the_heading_at_once(name: str)
     mag[:200] = np.nan
     result = make(name).run(replace(record, mag=mag))
     assert result.yaw[199] == pytest.approx(0.0, abs=1e-6)
-    np.testing.assert_allclose(result.yaw[200:], 1.0, atol=1e-3 if name in BY_POINTS else 1e-6)
+    np.testing.assert_allclose(result.yaw[200:], 1.0, atol=2e-3 if name in BY_POINTS else 1e-6)
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -20,7 +20,7 @@ COMMON_OPTIONS: dict[str, dict[str, object]] = {
     "gating": {"accel_gating": True, "accel_gate": 0.8, "accel_gate_time": 0.5},
     "gyro zero": {"gyro_zero_samples": 20},
     "low-pass": {"accel_cutoff": 8.0, "frame": "enu", "gyro_zero_samples": 10},
-    "calibrated magnetometer": {"mag_offset": [2e-6, -1e-6, 3e-6], "mag_scale": [1.1, 0.9, 1.0]},
+    "calibrated magnetometer": {"mag_offset": [2e-6, -1e-6, 3e-6], "mag_gain": [1.1, 0.9, 1.0]},
 }
 
 OWN_OPTIONS: dict[str, dict[str, dict[str, object]]] = {

@@ -169,7 +169,8 @@ static void keep_within(ahrs_real a[TRIANGLE], ahrs_real low, ahrs_real high) {
     }
 }
 
-/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. */
+/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. The published
+ * forms know no limits. */
 static void adapt_measurement(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const correction *c,
                               ahrs_quat q, ahrs_real d) {
     ahrs_real h[N][N], left[N];
@@ -189,7 +190,9 @@ static void adapt_measurement(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ck
             *r = (1 - d) * *r + d * sum;
         }
     }
-    keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
+    if (p->adaptation <= AHRS_ADAPTIVE_CKF_ADAPTATION_QR_SAFE) {
+        keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
+    }
 }
 
 /* Q := (1 - d) Q + d (K v v' K' + P - F P F'): without the last two terms for qr_safe, with the P of the sample before

@@ -31,6 +31,7 @@ from ahrs_fmu.plots import PAGE_WIDTH, STYLE
 BLUE, VERMILION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#666666"
 _PALE = "#9A9A9A"
 _GRID = "#E4E4E4"
+_BACKGROUND = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
 _COLOURS = (BLUE, VERMILION, GREEN, PURPLE, GREY)
 _DASHES = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2)))
 _MARKERS = ("o", "s", "^", "D", "v")
@@ -200,7 +201,7 @@ def error_figure(
             f"{curve.best:.3g} rad/s, {least:.3g}°",
             (curve.best, least),
             xytext=(0, 9),
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0},
+            bbox=_BACKGROUND,
             textcoords="offset points",
             ha="center",
         )
@@ -278,7 +279,7 @@ def equivalents_figure(found: Mapping[str, Equivalent]) -> Figure:
             lag = "" if equivalent.lag is None else f"\nand low-pass {equivalent.lag:.2g} rad/s"
             within = f"within {max(equivalent.mismatch_db, 1e-3):.1g} dB"
             text = f"{equivalent.crossover:.2f} rad/s, {order} order{lag}\n{within}"
-            panel.annotate(text, (0.04, 0.05), xycoords="axes fraction", fontsize=7.0)
+            panel.annotate(text, (0.04, 0.05), xycoords="axes fraction", fontsize=7.0, bbox=_BACKGROUND)
             panel.set_title(name, fontsize=8.5, loc="left")
             panel.grid(which="major", color=_GRID, linewidth=0.5)
             panel.xaxis.set_major_formatter(FuncFormatter(_plain))

@@ -24,10 +24,13 @@ from ahrs_fmu.estimators.matrices import (
 )
 from ahrs_fmu.estimators.noise import sample_variance, turn_variance
 from ahrs_fmu.estimators.state import Array, Mask, Parameters, Sample, select
+from ahrs_fmu.estimators.vectors import shows_attitude
 from ahrs_fmu.quaternion import join
 
 _STATES = 4
 _HEADING = 3
+SPREAD_MAX = 0.25
+"""Sum of the variances of the elements, that of a rotation by one radian: as good as unknown."""
 _STEEP = np.sin(np.radians(85.0))
 """Sine of the pitch beyond which the heading is not measured."""
 
@@ -97,7 +100,9 @@ class AdaptiveCKF(Filter[State]):
         predicted = quaternion.multiply(q, turn)
         turned = symmetric(f @ state.covariance @ transposed(f))
         state = state._replace(
-            covariance=turned + process, process=process, reset=np.zeros(self.shape, dtype=np.bool_)
+            covariance=limited_spread(turned + process),
+            process=process,
+            reset=np.zeros(self.shape, dtype=np.bool_),
         )
         if z.gain_dt == 0.0:
             return state, predicted
@@ -127,6 +132,13 @@ def process_noise(p: Parameters, q: Array, turn: Array, dt: float) -> Array:
     return np.broadcast_to(noise, (*q.shape, _STATES))
 
 
+def limited_spread(covariance: Array) -> Array:
+    """Covariance that keeps the points of a quaternion that nothing measures near unit length."""
+    total = np.trace(covariance, axis1=-2, axis2=-1)
+    limited: Array = covariance * np.minimum(1.0, SPREAD_MAX / total)[..., None, None]
+    return limited
+
+
 def measure(p: Parameters, state: State, q: Array, z: Sample) -> tuple[_Correction, Mask]:
     """Innovation and gain at the predicted attitude q; and where a covariance is not positive definite."""
     root = cholesky(state.covariance)
@@ -139,7 +151,7 @@ def measure(p: Parameters, state: State, q: Array, z: Sample) -> tuple[_Correcti
     count = deviations.shape[-2]
     s = transposed(spread) @ spread / count + state.measurement
     crossed = transposed(deviations) @ spread / count
-    heading = z.mag_usable & (np.abs(down_of(q)[..., 0]) < _STEEP)
+    heading = shows_attitude(z) & (np.abs(down_of(q)[..., 0]) < _STEEP)
     used = np.ones_like(mean)
     used[..., _HEADING] = heading
     # A row that does not count is made independent of the others and of the state.

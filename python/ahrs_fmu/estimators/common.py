@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 
 from ahrs_fmu import frames, quaternion
 from ahrs_fmu.estimators import preprocessing
-from ahrs_fmu.estimators.geometry import attitude_of, dot, down_of, masked, near, norm, unit
+from ahrs_fmu.estimators.geometry import (
+    attitude_of,
+    dot,
+    down_of,
+    has_horizontal_part,
+    masked,
+    near,
+    norm,
+    unit,
+)
 from ahrs_fmu.estimators.state import (
     MOMENTARY,
     STATUS,
@@ -26,7 +35,7 @@ from ahrs_fmu.estimators.state import (
     select,
 )
 from ahrs_fmu.frames import Frame
-from ahrs_fmu.quaternion import cross, join
+from ahrs_fmu.quaternion import join
 
 # Larger samples are not physical and count as no measurement.
 GYRO_LIMIT = 1e3
@@ -37,8 +46,6 @@ ACCEL_LEAST = 0.1
 """Of gravity: below is free fall."""
 MAG_LEAST = 1e-3
 """Of the reference field."""
-MAG_SINE = 0.05
-"""Of the angle between field and gravity: below there is no heading."""
 LONGEST_STEP = 0.5
 """s: after a longer gap the attitude is carried on, not corrected."""
 REST_RATE = 0.1
@@ -135,12 +142,6 @@ def _turn_about_down(angle: Array | float) -> Array:
     return join(np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half))
 
 
-def _has_horizontal_part(mag: Array, vertical: Array) -> Mask:
-    across = cross(vertical, mag)
-    # Strict, so that a zero field has none.
-    return np.asarray(dot(across, across) > MAG_SINE**2 * dot(vertical, vertical) * dot(mag, mag))
-
-
 def _read_sample(s: CommonState, p: Parameters, u: Inputs, dt: float, active: Mask) -> Sample:
     frame = Frame(p.frame)
     # Comparisons fail for NaN and infinity.
@@ -153,9 +154,10 @@ def _read_sample(s: CommonState, p: Parameters, u: Inputs, dt: float, active: Ma
     if p.accel_cutoff > 0.0:
         force = preprocessing.smooth_force(s, p, force, force_usable, dt, active)
         force_usable = force_usable & (dot(force, force) > least2)
-    field2 = dot(u.mag, u.mag)
-    mag_read = u.mag_valid & (field2 <= MAG_LIMIT**2)
-    calibrated = (u.mag - p.mag_offset) * p.mag_scale
+    calibrated = preprocessing.calibrated_mag(p, u.mag)
+    field2 = dot(calibrated, calibrated)
+    # The reference field is zero until it is known.
+    mag_read = u.mag_valid & (field2 > MAG_LEAST**2 * dot(s.field, s.field)) & (field2 <= MAG_LIMIT**2)
     mag = masked(mag_read, frames.body_vector(calibrated, frame, Frame.NED))
     vertical = select(force_usable, force, down_of(s.q))
     none = np.zeros_like(active)
@@ -167,7 +169,7 @@ def _read_sample(s: CommonState, p: Parameters, u: Inputs, dt: float, active: Ma
         gyro_held=held,
         force_usable=force_usable,
         accel_usable=force_usable,
-        mag_usable=mag_read & (field2 > 0.0) & _has_horizontal_part(mag, vertical),
+        mag_usable=mag_read & has_horizontal_part(mag, vertical),
         start=none,
         turn=none,
         run=none,
@@ -221,7 +223,7 @@ def _average(s: CommonState, p: Parameters, z: Sample, waiting: Mask) -> Mask:
     s.mark(Condition.MAG_SUMMED, waiting & z.mag_usable)
     s.mark(Condition.MOVED, waiting & _moves(p, z))
     known = waiting & s.has(Condition.ACCEL_SUMMED) & (dot(s.accel_sum, s.accel_sum) > 0.0)
-    heading = s.has(Condition.MAG_SUMMED) & _has_horizontal_part(s.mag_sum, s.accel_sum)
+    heading = s.has(Condition.MAG_SUMMED) & has_horizontal_part(s.mag_sum, s.accel_sum)
     mean_field = masked(heading, s.mag_sum)
     s.q = select(known, attitude_of(s.accel_sum, mean_field), s.q)
     s.assign(Condition.HAS_HEADING, heading, known)
@@ -239,7 +241,6 @@ def _prepare_sample(s: CommonState, p: Parameters, z: Sample) -> Sample:
     learning = z.run & z.mag_usable & ~s.has(Condition.HAS_FIELD)
     if learning.any():
         _learn_field(s, p, z.mag, learning)
-    mag_usable = z.mag_usable & (dot(z.mag, z.mag) > MAG_LEAST**2 * dot(s.field, s.field))
     accel_usable, accel = z.force_usable, z.force
     if p.accel_gating:
         accel_usable = accel_usable & ~_gated(s, p, z)
@@ -250,8 +251,8 @@ def _prepare_sample(s: CommonState, p: Parameters, z: Sample) -> Sample:
         s.motion_accel = select(z.run & ~z.force_usable, motion, s.motion_accel)
     correcting = z.gain_dt > 0.0
     s.assign(Condition.ACCEL_USED, accel_usable & correcting, z.run)
-    s.assign(Condition.MAG_USED, mag_usable & correcting, z.run)
-    return z._replace(accel=accel, accel_usable=accel_usable, mag_usable=mag_usable, turn=turn, field=s.field)
+    s.assign(Condition.MAG_USED, z.mag_usable & correcting, z.run)
+    return z._replace(accel=accel, accel_usable=accel_usable, turn=turn, field=s.field)
 
 
 def _gated(s: CommonState, p: Parameters, z: Sample) -> Mask:

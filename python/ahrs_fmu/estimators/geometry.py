@@ -8,6 +8,9 @@ from ahrs_fmu import quaternion
 from ahrs_fmu.estimators.state import Array, Mask, select
 from ahrs_fmu.quaternion import cross, join
 
+MAG_SINE = 0.05
+"""Of the angle between field and gravity: below there is no heading."""
+
 
 def dot(a: Array, b: Array) -> Array:
     """Scalar product over the last axis."""
@@ -70,3 +73,10 @@ def attitude_of(force: Array, mag: Array) -> Array:
 def masked(where: Mask, vector: Array) -> Array:
     """Vectors (..., 3) where a mask is true, zero elsewhere."""
     return select(where, vector, np.zeros_like(vector))
+
+
+def has_horizontal_part(mag: Array, vertical: Array) -> Mask:
+    """Where the angle between field and vertical leaves a heading."""
+    across = cross(vertical, mag)
+    # Strict, so that a zero field has none.
+    return np.asarray(dot(across, across) > MAG_SINE**2 * dot(vertical, vertical) * dot(mag, mag))

@@ -9,8 +9,8 @@ import numpy as np
 
 from ahrs_fmu.estimators.state import Array, Parameters, Sample
 
-HELD_RATE = 0.5
-"""rad/s: how wrong a rate is that was not measured, because a sample was unusable or the step too long."""
+HELD_NOISE = 0.1
+"""rad/s/sqrt(Hz): how wrong a rate is that was not measured: an unusable sample, or too long a step."""
 
 
 def sample_variance(p: Parameters, density: float) -> float:
@@ -21,7 +21,7 @@ def sample_variance(p: Parameters, density: float) -> float:
 def turn_variance(z: Sample, density: float) -> Array:
     """Variance (...) of the rotation in one step, rad2."""
     held = z.gyro_held | (z.gain_dt == 0.0)
-    return density**2 * z.dt + np.where(held, (HELD_RATE * z.dt) ** 2, 0.0)
+    return (density**2 + np.where(held, HELD_NOISE**2, 0.0)) * z.dt
 
 
 def motion_variance(p: Parameters, z: Sample, density: float) -> float:

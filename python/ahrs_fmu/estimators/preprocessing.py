@@ -16,6 +16,12 @@ LOWPASS_STEP = 0.45
 """Of the cut-off period: after a longer step the low-pass begins anew."""
 
 
+def calibrated_mag(p: Parameters, mag: Array) -> Array:
+    """Field (..., 3) without hard iron and unequal gains; no measurement, which is zero, stays one."""
+    measured = (mag != 0.0).any(axis=-1)
+    return masked(measured, (mag - p.mag_offset) * p.mag_gain)
+
+
 def gyro_zero(s: CommonState) -> Array:
     """Zero of the gyroscope (..., 3) in inner axes, rad/s; zero while it is not known."""
     return masked(s.has(Condition.HAS_GYRO_ZERO), s.gyro_zero)

@@ -9,13 +9,14 @@ from ahrs_fmu.estimators.geometry import (
     attitude_of,
     dot,
     down_of,
+    has_horizontal_part,
     masked,
     near,
     norm,
     north_of,
     unit,
 )
-from ahrs_fmu.estimators.state import Array, Sample, select
+from ahrs_fmu.estimators.state import Array, Mask, Sample, select
 from ahrs_fmu.quaternion import cross
 
 
@@ -39,12 +40,20 @@ def coupled_error(kg: float, kh: float, down: Array, north: Array, z: Sample) ->
     return kg * tilt_error(down, z) + kh * heading
 
 
+def shows_attitude(z: Sample) -> Mask:
+    """Where both vectors together show an attitude.
+
+    The front end has looked at the accelerometer as read; here it is what motion compensation leaves.
+    """
+    return z.accel_usable & z.mag_usable & has_horizontal_part(z.mag, z.accel)
+
+
 def attitude_error(q: Array, z: Sample) -> Array:
     """Rotation from the attitude q (..., 4) to the one that accelerometer and magnetometer show.
 
     Without a usable magnetometer it is the shortest one that brings down to its measured direction.
     """
-    both = z.accel_usable & z.mag_usable
+    both = shows_attitude(z)
     shown = select(both, attitude_of(z.accel, z.mag), q)
     full = quaternion.log(quaternion.multiply(quaternion.conjugate(q), shown))
     if both.all():

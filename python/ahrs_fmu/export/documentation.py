@@ -101,7 +101,8 @@ def _run(model: str) -> str:
     native = NativeModel(descriptor)
     dt = np.diff(flight.time, prepend=flight.time[0])
     columns = {"gyro": flight.gyro, "accel": flight.accel, "mag": flight.mag}
-    outputs = native.run(dt, columns, ["q", "roll", "pitch", "yaw"])
+    ran = native.run(dt, columns, ["q", "roll", "pitch", "yaw"])
+    outputs = {name: np.asarray(values, dtype=np.float64) for name, values in ran.items()}
     truth = flight.q_true
     assert truth is not None
     error = attitude_error(outputs["q"], truth)

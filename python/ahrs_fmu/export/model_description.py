@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from ahrs_fmu.descriptors import TIME_VR, Descriptor, Variable
-from ahrs_fmu.export.units import display_factor, parse
 from ahrs_fmu.export.variant import Variant
+from ahrs_fmu.units import factor, parse
 from ahrs_fmu.version import __version__
 
 LOG_CATEGORIES = {
@@ -177,10 +177,10 @@ def _add_units(root: Element, descriptor: Descriptor) -> None:
         parsed = parse(name)
         if parsed.has_whole_powers:
             base = {power: f"{exponent:.0f}" for power, exponent in sorted(parsed.powers.items())}
-            factor = {} if parsed.scale == 1.0 else {"factor": _number(parsed.scale)}
-            SubElement(unit, "BaseUnit", base | factor)
+            scale = {} if parsed.scale == 1.0 else {"factor": _number(parsed.scale)}
+            SubElement(unit, "BaseUnit", base | scale)
         for display in sorted(units[name]):
-            SubElement(unit, "DisplayUnit", name=display, factor=_number(display_factor(name, display)))
+            SubElement(unit, "DisplayUnit", name=display, factor=_number(factor(name, display)))
 
 
 def _add_log_categories(root: Element) -> None:

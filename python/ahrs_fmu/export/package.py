@@ -52,8 +52,8 @@ def build_fmu(
     backend : {"c", "python"}
         ``python`` runs the numpy class of the model in a Python process.
     output : Path
-        Build folder; the file is ``fmi2/TITLE.fmu``, ``fmi3/TITLE.fmu`` or ``fmi3-scalar/TITLE.fmu`` in it, and
-        with the Python back-end ``python/fmi2/TITLE.fmu`` and so on.
+        Build folder; the file is ``fmi2/TITLE.fmu``, ``fmi3/TITLE.fmu`` or ``fmi3-scalar/TITLE.fmu`` in it,
+        and with the Python back-end ``python/fmi2/TITLE.fmu`` and so on.
 
     Returns
     -------

@@ -196,8 +196,8 @@ typedef struct {
     ahrs_real motion_noise; /* Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation */
     ahrs_real initial_attitude_std; /* Standard deviation of the first attitude [rad] */
     ahrs_real forgetting; /* Weight of the estimated noise covariances from one sample to the next [1] */
-    ahrs_real measurement_variance_min; /* Least eigenvalue of the estimated measurement covariance, in m2/s4 and rad2 */
-    ahrs_real measurement_variance_max; /* Largest eigenvalue of the estimated measurement covariance, in m2/s4 and rad2 */
+    ahrs_real measurement_variance_min; /* Least eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is r_only or qr_safe */
+    ahrs_real measurement_variance_max; /* Largest eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is r_only or qr_safe */
     ahrs_real process_variance_min; /* Least eigenvalue of the process covariance per sample, when adaptation is qr_safe [1] */
     ahrs_real process_variance_max; /* Largest eigenvalue of the process covariance per sample, when adaptation is qr_safe [1] */
     int32_t adaptation; /* Which noise covariances are estimated (enumeration adaptation) */
@@ -1705,7 +1705,8 @@ static void adaptive_ckf_keep_within(ahrs_real a[adaptive_ckf_TRIANGLE], ahrs_re
     }
 }
 
-/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. */
+/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. The published
+ * forms know no limits. */
 static void adaptive_ckf_adapt_measurement(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const adaptive_ckf_correction *c,
                               ahrs_quat q, ahrs_real d) {
     ahrs_real h[adaptive_ckf_N][adaptive_ckf_N], left[adaptive_ckf_N];
@@ -1725,7 +1726,9 @@ static void adaptive_ckf_adapt_measurement(ahrs_adaptive_ckf_state *s, const ahr
             *r = (1 - d) * *r + d * sum;
         }
     }
-    adaptive_ckf_keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
+    if (p->adaptation <= AHRS_ADAPTIVE_CKF_ADAPTATION_QR_SAFE) {
+        adaptive_ckf_keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
+    }
 }
 
 /* Q := (1 - d) Q + d (K v v' K' + P - F P F'): without the last two terms for qr_safe, with the P of the sample before

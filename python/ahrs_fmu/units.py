@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from ahrs_fmu.errors import BuildError
+from ahrs_fmu.errors import UnitError
 
 _SYMBOLS: dict[str, tuple[float, dict[str, int]]] = {
     "1": (1.0, {}),
@@ -55,7 +55,7 @@ def parse(text: str) -> Unit:
 
     Raises
     ------
-    BuildError
+    UnitError
         If a symbol is unknown.
     """
     scale, powers = 1.0, dict[str, float]()
@@ -64,9 +64,7 @@ def parse(text: str) -> Unit:
         for factor in _PRODUCT.split(part):
             match = _FACTOR.fullmatch(factor)
             if match is None or match[1] not in _SYMBOLS:
-                raise BuildError(
-                    f"unit '{text}' has the unknown symbol '{factor}': use {', '.join(_SYMBOLS)}"
-                )
+                raise UnitError(f"unit '{text}' has the unknown symbol '{factor}': use {', '.join(_SYMBOLS)}")
             exponent = sign * float(match[2] or 1)
             symbol_scale, symbol_powers = _SYMBOLS[match[1]]
             scale *= symbol_scale**exponent
@@ -75,15 +73,15 @@ def parse(text: str) -> Unit:
     return Unit(scale, {name: power for name, power in powers.items() if power})
 
 
-def display_factor(unit: str, display_unit: str) -> float:
-    """By what a value in `unit` is multiplied to be in `display_unit`.
+def factor(unit: str, target: str) -> float:
+    """By what a value in `unit` is multiplied to be in `target`; an empty unit is a pure number.
 
     Raises
     ------
-    BuildError
+    UnitError
         If the two measure different things.
     """
-    from_unit, to_unit = parse(unit), parse(display_unit)
+    from_unit, to_unit = parse(unit or "1"), parse(target or "1")
     if from_unit.powers != to_unit.powers:
-        raise BuildError(f"display unit '{display_unit}' does not measure what '{unit}' measures")
+        raise UnitError(f"'{unit or '1'}' does not measure what '{target or '1'}' measures")
     return from_unit.scale / to_unit.scale
