@@ -87,9 +87,6 @@ def group_of(name: str) -> str:
     return OTHER_GROUP
 
 
-# ---- what is done to a recording ----
-
-
 def as_recorded(record: Record) -> Record:
     """Leave the recording as it is."""
     return record
@@ -155,9 +152,6 @@ STRESSES: Mapping[str, Callable[[Record], Record]] = {
 """Changes of the recordings by name; "float32" changes the filter instead."""
 NOMINAL = "as recorded"
 SINGLE = "float32"
-
-
-# ---- one filter on one recording ----
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,9 +280,6 @@ def _update_time(estimator: str, record: Record) -> float:
     return min(spent)
 
 
-# ---- many jobs ----
-
-
 def run(
     jobs: Iterable[Job],
     keep: Path,
@@ -379,9 +370,6 @@ def _store(outcome: Outcome, file: Path) -> None:
     partial = file.with_suffix(".partial.npz")
     np.savez_compressed(partial, numbers=np.array(numbers), time=outcome.time, curves=outcome.curves)
     partial.replace(file)
-
-
-# ---- tables ----
 
 
 @dataclass(frozen=True, slots=True)

@@ -143,8 +143,6 @@ static ahrs_vec3 gyro_error(const ahrs_kcf_state *s, ahrs_vec3 gyro) {
                        s->x[GYRO + 2] + (S[6] * gyro.x + S[7] * gyro.y + S[8] * gyro.z)};
 }
 
-/* ---- every sample ---- */
-
 /* Rotation vector over one sample, to second order in the change of the rate: Bortz' equation between two means, or
  * between two momentary rates on a straight line. */
 static ahrs_vec3 rotation(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 rate, ahrs_real T) {
@@ -240,17 +238,16 @@ static void detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
             deviation[i] = in[i] - low;
         }
     }
-    const ahrs_vec3 gyro = {deviation[0], deviation[1], deviation[2]}, accel = {deviation[3], deviation[4], deviation[5]};
+    const ahrs_vec3 gyro = ahrs_vec3_of(deviation), accel = ahrs_vec3_of(deviation + 3);
     const ahrs_vec3 low = ahrs_vec3_sub(z->rate, gyro);
     ahrs_vec3_to(s->rest_gyro, low);
-    const bool quiet = ahrs_vec3_norm2(gyro) < REST_GYRO * REST_GYRO && ahrs_vec3_norm2(accel) < REST_ACCEL * REST_ACCEL &&
-                       ahrs_abs(low.x) <= REST_GYRO && ahrs_abs(low.y) <= REST_GYRO && ahrs_abs(low.z) <= REST_GYRO;
+    const bool quiet = ahrs_vec3_norm2(gyro) < REST_GYRO * REST_GYRO &&
+                       ahrs_vec3_norm2(accel) < REST_ACCEL * REST_ACCEL && ahrs_abs(low.x) <= REST_GYRO &&
+                       ahrs_abs(low.y) <= REST_GYRO && ahrs_abs(low.z) <= REST_GYRO;
     s->rest_time = quiet ? ahrs_min(s->rest_time + z->dt, 2 * REST_TIME) : 0;
 }
 
 static bool at_rest(const ahrs_kcf_state *s) { return s->rest_time >= REST_TIME; }
-
-/* ---- start of the slow step: tilt, sensitivities, and what the rest of it works with ---- */
 
 static void clear_block(ahrs_kcf_state *s) {
     memset(s->sum_force, 0, sizeof s->sum_force);
@@ -294,7 +291,8 @@ static ahrs_vec3 level(ahrs_kcf_state *s, low_pass f) {
     }
     const ahrs_vec3 e = ahrs_vec3_scale(turned, 1 / norm);
     const ahrs_real k = ahrs_sqrt(ahrs_max(AHRS_C(0.5) * (e.z + 1), 0));
-    const ahrs_quat step = k > AHRS_C(1e-6) ? (ahrs_quat){k, e.y / (2 * k), -e.x / (2 * k), 0} : (ahrs_quat){0, 1, 0, 0};
+    const ahrs_quat half_turn = {0, 1, 0, 0};
+    const ahrs_quat step = k > AHRS_C(1e-6) ? (ahrs_quat){k, e.y / (2 * k), -e.x / (2 * k), 0} : half_turn;
     ahrs_quat_to(s->q_tilt, ahrs_quat_unit(ahrs_quat_mul(step, q)));
     return e;
 }
@@ -445,8 +443,6 @@ static void begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const a
     s->phase = 0;
 }
 
-/* ---- the parts of the slow step ---- */
-
 /* Adds the variance of a turn of the level frame about its vertical to a covariance that begins with the field. */
 static void turn_field(ahrs_real *cov, const ahrs_real *field, ahrs_real variance) {
     const ahrs_real u[2] = {-field[1], field[0]};
@@ -518,7 +514,8 @@ static ahrs_vec3 level_field(const ahrs_kcf_state *s, const ahrs_mat3 *R, ahrs_v
 }
 
 /* Mean squared misfit over jump_time, and the variance that it has in excess of the expected one. */
-static ahrs_real excess_of(const ahrs_kcf_params *p, ahrs_real *misfit, ahrs_real ratio, ahrs_real expected, ahrs_real T) {
+static ahrs_real excess_of(const ahrs_kcf_params *p, ahrs_real *misfit, ahrs_real ratio, ahrs_real expected,
+                           ahrs_real T) {
     *misfit += ahrs_min(T / p->jump_time, 1) * (ahrs_min(ratio, MISFIT_MAX) - *misfit);
     return ahrs_min(expected * ahrs_max(0, *misfit - p->jump_threshold), 1);
 }
@@ -559,7 +556,8 @@ static void make_independent(ahrs_kcf_state *s, int first, ahrs_real variance) {
 }
 
 /* Takes field and hard iron from before a change, or the field that is seen. */
-static void renew_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 field, ahrs_real variance, int32_t change) {
+static void renew_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 field, ahrs_real variance,
+                        int32_t change) {
     ahrs_vec3_to(s->x + FIELD, field);
     memcpy(s->x + IRON, s->calm_iron, sizeof s->calm_iron);
     make_independent(s, FIELD, variance);
@@ -602,8 +600,9 @@ static bool knows_iron(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     return row_of(s->cov, 3)[3] < limit && row_of(s->cov, 4)[4] < limit && row_of(s->cov, 5)[5] < limit;
 }
 
-/* Tells a change of the field from one of the hard iron. What has fitted through enough views is trusted: turning makes a hard iron fit, and never a field. Until the
- * old field is back, north is kept by the gyroscope, and by the other field once that is known. */
+/* Tells a change of the field from one of the hard iron. What has fitted through enough views is trusted: turning
+ * makes a hard iron fit, and never a field. Until the old field is back, north is kept by the gyroscope, and by the
+ * other field once that is known. */
 static void judge_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_mat3 *R, ahrs_real expected) {
     const bool misfit = s->misfit > p->jump_threshold, fits = s->misfit < AHRS_C(0.5) * p->jump_threshold;
     const ahrs_real views = s->job_mag_time * ahrs_min(VIEWS_MAX, ahrs_sqrt(s->job_rate2) / VIEW_ANGLE);
@@ -700,8 +699,6 @@ static void learn_mag(ahrs_kcf_state *s, const ahrs_kcf_params *p, int i) {
         lose_covariance(s, p);
     }
 }
-
-/* ---- the second hypothesis ---- */
 
 static void ask(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real variance = square(p->uncalibrated_std);
@@ -827,8 +824,6 @@ static void weigh_evidence(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     }
 }
 
-/* ---- end of the slow step ---- */
-
 static void clamp_all(ahrs_real *x, int n, ahrs_real limit) {
     for (int i = 0; i < n; i++) {
         x[i] = ahrs_clamp(x[i], -limit, limit);
@@ -906,8 +901,6 @@ static void run_phases(ahrs_kcf_state *s, const ahrs_kcf_params *p, int32_t unti
     }
 }
 
-/* ---- seam ---- */
-
 /* The rotation since is not known: the average of the force begins anew, the field is sought where it is now. */
 static void restart_tilt(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     run_phases(s, p, PHASES);
@@ -924,7 +917,7 @@ static void restart_tilt(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     s->rest_time = 0;
 }
 
-/* What a time without a rate, at the mean squared rate before, costs: some certainty of the heading, or the attitude. */
+/* What a time without a rate costs at the mean squared rate before: certainty of the heading, or the attitude. */
 static void account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_real blind) {
     const ahrs_real lost = blind * blind * s->job_rate2;
     const bool all = blind > AHRS_LONGEST_STEP || lost > LOST;
@@ -995,7 +988,7 @@ static void step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample 
 }
 
 void ahrs_kcf_init(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
-    *s = (ahrs_kcf_state){.q_int = {1, 0, 0, 0}, .q_tilt = {1, 0, 0, 0}, .q_level = {1, 0, 0, 0}, .q_north = {1, 0, 0, 0}, .heading = {1, 0}};
+    *s = (ahrs_kcf_state){.q_int = {1}, .q_tilt = {1}, .q_level = {1}, .q_north = {1}, .heading = {1}};
     s->phase = PHASES;
     s->misfit = 1;
     reset_covariance(s, p);

@@ -417,9 +417,6 @@ def first_sample(s: Work, z: Sample, dt: float) -> Sample:
     return sample
 
 
-# ---- every sample ----
-
-
 def rotation(s: Work, p: Parameters, rate: Array, where: Mask, dt: float) -> Array:
     """Rotation vector (..., 3) over one sample, to second order in the change of the rate."""
     before = s["rate"]
@@ -487,9 +484,6 @@ def detect_rest(s: Work, z: Sample, where: Mask) -> None:
     quiet = (dot(gyro, gyro) < REST_GYRO**2) & (dot(accel, accel) < REST_ACCEL**2)
     quiet = quiet & (np.abs(low[..., :3]) <= REST_GYRO).all(axis=-1)
     s.put(where, "rest_time", np.where(usable & quiet, np.minimum(s["rest_time"] + z.dt, 2 * REST_TIME), 0.0))
-
-
-# ---- start of the slow step ----
 
 
 def begin_slow_step(s: Work, p: Parameters, z: Sample, due: Mask) -> None:
@@ -632,9 +626,6 @@ def implausible(s: State, p: Parameters) -> Mask:
     )
     no_gravity = dot(s.tilt_force, s.tilt_force) < (SENSE_GRAVITY * p.gravity) ** 2
     return np.asarray(opposed[..., 1] | (opposed[..., 0] & no_gravity))
-
-
-# ---- the parts of the slow step ----
 
 
 def measure(cov: Array, dx: Array, h: Array, innovation: Array, variance: Array) -> tuple[Array, Array, Mask]:
@@ -888,9 +879,6 @@ def learn_mag(s: Work, p: Parameters, where: Mask, i: int) -> None:
     learn(s, p, where, h, s["job_nu"][..., i], s["job_variance"])
 
 
-# ---- the second hypothesis ----
-
-
 def ask(s: Work, p: Parameters, where: Mask) -> None:
     """Begin the hypothesis that the magnetometer is not calibrated."""
     variance = p.uncalibrated_std**2
@@ -975,9 +963,6 @@ def weigh_evidence(s: Work, p: Parameters, where: Mask) -> None:
         cov[..., :6, :6] = s["alt_cov"]
         s.put(adopted, "cov", cov)
         s.put(adopted, "misfit", 1.0)
-
-
-# ---- end of the slow step ----
 
 
 def apply_corrections(s: Work, p: Parameters, where: Mask) -> None:
