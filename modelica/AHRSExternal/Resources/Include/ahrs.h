@@ -3776,8 +3776,6 @@ static ahrs_vec3 kcf_gyro_error(const ahrs_kcf_state *s, ahrs_vec3 gyro) {
                        s->x[kcf_GYRO + 2] + (S[6] * gyro.x + S[7] * gyro.y + S[8] * gyro.z)};
 }
 
-/* ---- every sample ---- */
-
 /* Rotation vector over one sample, to second order in the change of the rate: Bortz' equation between two means, or
  * between two momentary rates on a straight line. */
 static ahrs_vec3 kcf_rotation(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 rate, ahrs_real T) {
@@ -3873,17 +3871,16 @@ static void kcf_detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
             deviation[i] = in[i] - low;
         }
     }
-    const ahrs_vec3 gyro = {deviation[0], deviation[1], deviation[2]}, accel = {deviation[3], deviation[4], deviation[5]};
+    const ahrs_vec3 gyro = ahrs_vec3_of(deviation), accel = ahrs_vec3_of(deviation + 3);
     const ahrs_vec3 low = ahrs_vec3_sub(z->rate, gyro);
     ahrs_vec3_to(s->rest_gyro, low);
-    const bool quiet = ahrs_vec3_norm2(gyro) < kcf_REST_GYRO * kcf_REST_GYRO && ahrs_vec3_norm2(accel) < kcf_REST_ACCEL * kcf_REST_ACCEL &&
-                       ahrs_abs(low.x) <= kcf_REST_GYRO && ahrs_abs(low.y) <= kcf_REST_GYRO && ahrs_abs(low.z) <= kcf_REST_GYRO;
+    const bool quiet = ahrs_vec3_norm2(gyro) < kcf_REST_GYRO * kcf_REST_GYRO &&
+                       ahrs_vec3_norm2(accel) < kcf_REST_ACCEL * kcf_REST_ACCEL && ahrs_abs(low.x) <= kcf_REST_GYRO &&
+                       ahrs_abs(low.y) <= kcf_REST_GYRO && ahrs_abs(low.z) <= kcf_REST_GYRO;
     s->rest_time = quiet ? ahrs_min(s->rest_time + z->dt, 2 * kcf_REST_TIME) : 0;
 }
 
 static bool kcf_at_rest(const ahrs_kcf_state *s) { return s->rest_time >= kcf_REST_TIME; }
-
-/* ---- start of the slow step: tilt, sensitivities, and what the rest of it works with ---- */
 
 static void kcf_clear_block(ahrs_kcf_state *s) {
     memset(s->sum_force, 0, sizeof s->sum_force);
@@ -3927,7 +3924,8 @@ static ahrs_vec3 kcf_level(ahrs_kcf_state *s, kcf_low_pass f) {
     }
     const ahrs_vec3 e = ahrs_vec3_scale(turned, 1 / norm);
     const ahrs_real k = ahrs_sqrt(ahrs_max(AHRS_C(0.5) * (e.z + 1), 0));
-    const ahrs_quat kcf_step = k > AHRS_C(1e-6) ? (ahrs_quat){k, e.y / (2 * k), -e.x / (2 * k), 0} : (ahrs_quat){0, 1, 0, 0};
+    const ahrs_quat half_turn = {0, 1, 0, 0};
+    const ahrs_quat kcf_step = k > AHRS_C(1e-6) ? (ahrs_quat){k, e.y / (2 * k), -e.x / (2 * k), 0} : half_turn;
     ahrs_quat_to(s->q_tilt, ahrs_quat_unit(ahrs_quat_mul(kcf_step, q)));
     return e;
 }
@@ -4078,8 +4076,6 @@ static void kcf_begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, con
     s->phase = 0;
 }
 
-/* ---- the parts of the slow step ---- */
-
 /* Adds the variance of a turn of the level frame about its vertical to a covariance that begins with the field. */
 static void kcf_turn_field(ahrs_real *cov, const ahrs_real *field, ahrs_real variance) {
     const ahrs_real u[2] = {-field[1], field[0]};
@@ -4151,7 +4147,8 @@ static ahrs_vec3 kcf_level_field(const ahrs_kcf_state *s, const ahrs_mat3 *R, ah
 }
 
 /* Mean squared misfit over jump_time, and the variance that it has in excess of the expected one. */
-static ahrs_real kcf_excess_of(const ahrs_kcf_params *p, ahrs_real *misfit, ahrs_real ratio, ahrs_real expected, ahrs_real T) {
+static ahrs_real kcf_excess_of(const ahrs_kcf_params *p, ahrs_real *misfit, ahrs_real ratio, ahrs_real expected,
+                           ahrs_real T) {
     *misfit += ahrs_min(T / p->jump_time, 1) * (ahrs_min(ratio, kcf_MISFIT_MAX) - *misfit);
     return ahrs_min(expected * ahrs_max(0, *misfit - p->jump_threshold), 1);
 }
@@ -4192,7 +4189,8 @@ static void kcf_make_independent(ahrs_kcf_state *s, int first, ahrs_real varianc
 }
 
 /* Takes field and hard iron from before a change, or the field that is seen. */
-static void kcf_renew_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 field, ahrs_real variance, int32_t change) {
+static void kcf_renew_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 field, ahrs_real variance,
+                        int32_t change) {
     ahrs_vec3_to(s->x + kcf_FIELD, field);
     memcpy(s->x + kcf_IRON, s->calm_iron, sizeof s->calm_iron);
     kcf_make_independent(s, kcf_FIELD, variance);
@@ -4235,8 +4233,9 @@ static bool kcf_knows_iron(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     return kcf_row_of(s->cov, 3)[3] < limit && kcf_row_of(s->cov, 4)[4] < limit && kcf_row_of(s->cov, 5)[5] < limit;
 }
 
-/* Tells a change of the field from one of the hard iron. What has fitted through enough views is trusted: turning makes a hard iron fit, and never a field. Until the
- * old field is back, north is kept by the gyroscope, and by the other field once that is known. */
+/* Tells a change of the field from one of the hard iron. What has fitted through enough views is trusted: turning
+ * makes a hard iron fit, and never a field. Until the old field is back, north is kept by the gyroscope, and by the
+ * other field once that is known. */
 static void kcf_judge_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_mat3 *R, ahrs_real expected) {
     const bool misfit = s->misfit > p->jump_threshold, fits = s->misfit < AHRS_C(0.5) * p->jump_threshold;
     const ahrs_real views = s->job_mag_time * ahrs_min(VIEWS_MAX, ahrs_sqrt(s->job_rate2) / VIEW_ANGLE);
@@ -4333,8 +4332,6 @@ static void kcf_learn_mag(ahrs_kcf_state *s, const ahrs_kcf_params *p, int i) {
         kcf_lose_covariance(s, p);
     }
 }
-
-/* ---- the second hypothesis ---- */
 
 static void kcf_ask(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real variance = kcf_square(p->uncalibrated_std);
@@ -4460,8 +4457,6 @@ static void kcf_weigh_evidence(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     }
 }
 
-/* ---- end of the slow step ---- */
-
 static void kcf_clamp_all(ahrs_real *x, int n, ahrs_real limit) {
     for (int i = 0; i < n; i++) {
         x[i] = ahrs_clamp(x[i], -limit, limit);
@@ -4539,8 +4534,6 @@ static void kcf_run_phases(ahrs_kcf_state *s, const ahrs_kcf_params *p, int32_t 
     }
 }
 
-/* ---- seam ---- */
-
 /* The rotation since is not known: the average of the force begins anew, the field is sought where it is now. */
 static void kcf_restart_tilt(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     kcf_run_phases(s, p, kcf_PHASES);
@@ -4557,7 +4550,7 @@ static void kcf_restart_tilt(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     s->rest_time = 0;
 }
 
-/* What a time without a rate, at the mean squared rate before, costs: some certainty of the heading, or the attitude. */
+/* What a time without a rate costs at the mean squared rate before: certainty of the heading, or the attitude. */
 static void kcf_account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_real blind) {
     const ahrs_real lost = blind * blind * s->job_rate2;
     const bool all = blind > AHRS_LONGEST_STEP || lost > kcf_LOST;
@@ -4628,7 +4621,7 @@ static void kcf_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sam
 }
 
 static inline void ahrs_kcf_init(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
-    *s = (ahrs_kcf_state){.q_int = {1, 0, 0, 0}, .q_tilt = {1, 0, 0, 0}, .q_level = {1, 0, 0, 0}, .q_north = {1, 0, 0, 0}, .heading = {1, 0}};
+    *s = (ahrs_kcf_state){.q_int = {1}, .q_tilt = {1}, .q_level = {1}, .q_north = {1}, .heading = {1}};
     s->phase = kcf_PHASES;
     s->misfit = 1;
     kcf_reset_covariance(s, p);
