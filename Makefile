@@ -2,10 +2,14 @@
 # registry are assumed; the C compiler comes with the packages.
 VENV := .venv
 PYTHON := $(VENV)/bin/python
-STAMP := $(VENV)/installed
+PIP := $(PYTHON) -m pip install --quiet --disable-pip-version-check
+RUN := $(VENV)/ready-to-run
+DEVELOP := $(VENV)/ready-to-develop
 WORKERS ?= 2
 # Recordings with truth, used when they are there.
 export BROAD_DIR ?= $(abspath ../shared/data/broad)
+# The matrices are small: more threads than one only wait for each other.
+export OPENBLAS_NUM_THREADS ?= 1
 
 .PHONY: demo test test-all bench lint generate pictures clean help
 
@@ -19,36 +23,43 @@ help:
 	@echo "make pictures   run the tutorial, which draws its pictures"
 	@echo "make clean      remove outputs and the virtual environment"
 
-$(STAMP): pyproject.toml
-	python3 -m venv $(VENV)
-	$(PYTHON) -m pip install --quiet --disable-pip-version-check --upgrade "pip>=25.1"
-	$(PYTHON) -m pip install --quiet --disable-pip-version-check -e ".[build,records]" --group test --group lint
-	@touch $(STAMP)
+# What runs, and what also tests: a demonstration need not wait for the second.
+$(RUN): pyproject.toml
+	@echo "setting up $(VENV): this downloads packages, and is done once"
+	@python3 -m venv $(VENV)
+	@$(PIP) -e ".[build]"
+	@touch $@
 
-demo: $(STAMP)
-	$(VENV)/bin/ahrs-fmu demo
+$(DEVELOP): pyproject.toml | $(RUN)
+	@echo "setting up the tests in $(VENV): this downloads packages, and is done once"
+	@$(PIP) --upgrade "pip>=25.1"
+	@$(PIP) -e ".[build,records]" --group test --group lint
+	@touch $@
 
-test: $(STAMP)
+demo: $(RUN)
+	@$(VENV)/bin/ahrs-fmu demo
+
+test: $(DEVELOP)
 	$(PYTHON) -m pytest -q -n $(WORKERS)
 
-test-all: $(STAMP)
+test-all: $(DEVELOP)
 	$(PYTHON) -m pytest -q -n $(WORKERS) -m "slow or not slow"
 
-bench: $(STAMP)
-	$(PYTHON) -m pip install --quiet --disable-pip-version-check --group peers
-	$(PYTHON) tests/bench/bench.py
+bench: $(DEVELOP)
+	@$(PIP) --group peers
+	@PYTHONPATH=tests/fmu $(PYTHON) tests/bench/bench.py
 
-lint: $(STAMP)
+lint: $(DEVELOP)
 	$(PYTHON) -m ruff check python tests
 	$(PYTHON) -m ruff format --check python tests
 	$(PYTHON) -m mypy
 
-generate: $(STAMP)
+generate: $(DEVELOP)
 	$(PYTHON) -m ahrs_fmu.export.headers
 	$(PYTHON) -m ahrs_fmu.export.classes
 	$(PYTHON) -m ahrs_fmu.export.modelica
 
-pictures: $(STAMP)
+pictures: $(DEVELOP)
 	$(PYTHON) docs/run_page.py docs/frequency.md
 
 clean:

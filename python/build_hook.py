@@ -40,6 +40,7 @@ class HostLibraryHook(BuildHookInterface[Any]):
             library = host_library.compile_host_library(precision, Path(self._scratch) / name)
             build_data["force_include"][str(library)] = f"ahrs_fmu/lib/{name}"
         build_data["force_include"][str(root / "fmu_src")] = "ahrs_fmu/fmu_src"
+        build_data["force_include"][str(root / "LICENSE")] = "ahrs_fmu/LICENSE"  # goes into every FMU
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{_WHEEL_TAGS[toolchain.host_platform()]}"
 

@@ -120,6 +120,18 @@ fmu_status fmu_set_logging(fmu_component *c, bool on, size_t n, const char *cons
     return FMU_OK;
 }
 
+/* Logs what the model printed during a call of the engine, and why the call failed if it did. */
+static bool did(fmu_component *c, bool succeeded, const fmu_why *why) {
+    const char *printed = fmu_the_engine.said(c->process);
+    if (printed != NULL) {
+        log_event(c, "%s", printed);
+    }
+    if (!succeeded) {
+        (void)fmu_refuse(c, "%s", why->text);
+    }
+    return succeeded;
+}
+
 bool fmu_enter(fmu_component *c, const char *function, unsigned phases) {
     if (c == NULL) {
         return false;
@@ -357,12 +369,12 @@ static fmu_status compute_outputs(fmu_component *c) {
         if (check_limits(c) > FMU_WARNING) {
             return FMU_ERROR;
         }
-        if (!fmu_the_engine.start(c->process, c->model, c->instance, &why)) {
-            return fmu_refuse(c, "%s", why.text);
+        if (!did(c, fmu_the_engine.start(c->process, c->model, c->instance, &why), &why)) {
+            return FMU_ERROR;
         }
     }
-    if (!fmu_the_engine.outputs(c->process, c->model, c->instance, &why)) {
-        return fmu_refuse(c, "%s", why.text);
+    if (!did(c, fmu_the_engine.outputs(c->process, c->model, c->instance, &why), &why)) {
+        return FMU_ERROR;
     }
     c->outputs_due = false;
     return FMU_OK;
@@ -393,6 +405,12 @@ fmu_status fmu_get(fmu_component *c, unsigned types, fmu_form form, const uint32
     }
     return FMU_OK;
 }
+
+/* ---------------------------------------------------------------- memory */
+
+void *fmu_allocate(size_t size) { return malloc(size); }
+
+void fmu_release(void *memory) { free(memory); }
 
 /* ---------------------------------------------------------------- life cycle */
 
@@ -439,8 +457,7 @@ fmu_component *fmu_create(const fmu_model *model, const fmu_request *request) {
         .accepted = memory + head + process + instance,
     };
     fmu_why why;
-    if (!fmu_the_engine.open(c->process, model, request->resources, &why)) {
-        (void)fmu_refuse(c, "%s", why.text);
+    if (!did(c, fmu_the_engine.open(c->process, model, request->resources, &why), &why)) {
         free(c);
         return NULL;
     }
@@ -480,8 +497,8 @@ fmu_status fmu_exit_initialisation(fmu_component *c) {
         return status;
     }
     fmu_why why;
-    if (!fmu_the_engine.start(c->process, c->model, c->instance, &why)) {
-        return fmu_refuse(c, "%s", why.text);
+    if (!did(c, fmu_the_engine.start(c->process, c->model, c->instance, &why), &why)) {
+        return FMU_ERROR;
     }
     accept_parameters(c);
     c->phase = FMU_STEPPING;
@@ -498,6 +515,7 @@ fmu_status fmu_terminate(fmu_component *c) {
 }
 
 fmu_status fmu_reset(fmu_component *c) {
+    fmu_the_engine.reset(c->process);
     begin(c);
     return FMU_OK;
 }
@@ -540,8 +558,9 @@ fmu_status fmu_step(fmu_component *c, double time, double step) {
     const uint32_t ticks = (uint32_t)reached;
     if (ticks > 0) {
         fmu_why why;
-        if (!fmu_the_engine.run(c->process, c->model, c->instance, ticks, (ahrs_real)clock->sample_time, &why)) {
-            return fmu_refuse(c, "%s", why.text);
+        const ahrs_real dt = (ahrs_real)clock->sample_time;
+        if (!did(c, fmu_the_engine.run(c->process, c->model, c->instance, ticks, dt, &why), &why)) {
+            return FMU_ERROR;
         }
         c->outputs_due = true;
     }
@@ -616,8 +635,8 @@ fmu_status fmu_save_state(fmu_component *c, void **state) {
     if (*state != NULL && !is_state(c, *state)) {
         return FMU_ERROR;
     }
-    if (!fmu_the_engine.save(c->process, &extra, &n_extra, &why)) {
-        return fmu_refuse(c, "%s", why.text);
+    if (!did(c, fmu_the_engine.save(c->process, &extra, &n_extra, &why), &why)) {
+        return FMU_ERROR;
     }
     const fmu_part params = c->model->params;
     const size_t size = least_size(c) + n_extra;
@@ -659,8 +678,8 @@ fmu_status fmu_restore_state(fmu_component *c, const void *state) {
     const unsigned char *instance = (const unsigned char *)state + sizeof head;
     const unsigned char *accepted = instance + c->model->instance_size;
     const unsigned char *extra = accepted + c->model->params.size;
-    if (!fmu_the_engine.restore(c->process, extra, (size_t)head.length - least_size(c), &why)) {
-        return fmu_refuse(c, "%s", why.text);
+    if (!did(c, fmu_the_engine.restore(c->process, extra, (size_t)head.length - least_size(c), &why), &why)) {
+        return FMU_ERROR;
     }
     memcpy(c->instance, instance, c->model->instance_size);
     memcpy(c->accepted, accepted, c->model->params.size);

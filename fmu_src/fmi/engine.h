@@ -9,7 +9,8 @@
 
 #include "model.h"
 
-enum { FMU_WHY_SIZE = 1024 };
+/* Room for a traceback. */
+enum { FMU_WHY_SIZE = 4096 };
 
 typedef struct {
     char text[FMU_WHY_SIZE];
@@ -21,6 +22,8 @@ typedef struct {
     /* Once, before anything else. `resources` is what the importer named: a URI in FMI 2, a path in FMI 3. */
     bool (*open)(void *process, const fmu_model *model, const char *resources, fmu_why *why);
     void (*close)(void *process);
+    /* Back to before the first start. */
+    void (*reset)(void *process);
 
     /* State as at the first instant, from the parameters and inputs present. Outputs are not computed. */
     bool (*start)(void *process, const fmu_model *model, void *instance, fmu_why *why);
@@ -31,8 +34,15 @@ typedef struct {
     /* State kept outside the instance; the bytes stay valid until the next call. */
     bool (*save)(void *process, const void **bytes, size_t *size, fmu_why *why);
     bool (*restore)(void *process, const void *bytes, size_t size, fmu_why *why);
+
+    /* What the model has printed since the last call, or NULL; valid until the next call. */
+    const char *(*said)(void *process);
 } fmu_engine;
 
 extern const fmu_engine fmu_the_engine;
+
+/* Memory for an engine that needs more than `process_size`; NULL when it is short. */
+void *fmu_allocate(size_t size);
+void fmu_release(void *memory);
 
 #endif

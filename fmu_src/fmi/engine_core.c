@@ -10,6 +10,8 @@ static bool open_core(void *process, const fmu_model *model, const char *resourc
 
 static void close_core(void *process) { (void)process; }
 
+static void reset(void *process) { (void)process; }
+
 /* The update of zero duration takes the initial attitude from the sensors, where they are usable. */
 static bool start(void *process, const fmu_model *model, void *instance, fmu_why *why) {
     (void)process, (void)why;
@@ -45,4 +47,9 @@ static bool restore(void *process, const void *bytes, size_t size, fmu_why *why)
     return size == 0;
 }
 
-const fmu_engine fmu_the_engine = {0, open_core, close_core, start, run, outputs, save, restore};
+static const char *said(void *process) {
+    (void)process;
+    return NULL;
+}
+
+const fmu_engine fmu_the_engine = {0, open_core, close_core, reset, start, run, outputs, save, restore, said};

@@ -12,7 +12,7 @@
 
 /* What carries the sensor; sets the time constant of the tilt */
 enum {
-    AHRS_KCF_PROFILE_HAND = 0, /* worn or held by a person, robots arms: accelerations change sign within seconds; 3.5 s */
+    AHRS_KCF_PROFILE_HAND = 0, /* worn or held by a person, robot arms: accelerations change sign within seconds; 3.5 s */
     AHRS_KCF_PROFILE_MULTIROTOR = 1, /* accelerations last for seconds, the gyroscope is good for ten: 10 s */
     AHRS_KCF_PROFILE_CUSTOM = 2, /* accel_time_constant says */
 };
@@ -38,14 +38,14 @@ typedef struct {
     ahrs_real gyro_misalignment_std; /* Misalignment and cross coupling of the gyroscope, standard deviation per element [rad] */
     ahrs_real hard_iron_std; /* Hard iron that a calibration leaves, standard deviation per axis, of the local field [1] */
     ahrs_real mag_latency_std; /* Latency of the magnetometer against the gyroscope, standard deviation [s] */
-    ahrs_real mag_density; /* Noise density of the field with everything that varies slowly in it, of the local field [s0.5] */
+    ahrs_real mag_density; /* Deviation of the mean of the field over one second, with everything that varies slowly in it, of the local field [1] */
     ahrs_real mag_noise; /* Usual deviation of one magnetometer sample from the expected field, of the local field [1] */
     ahrs_real mag_rate_noise; /* Additional deviation per angular rate [s] */
     ahrs_real mag_tilt_noise; /* Additional deviation while the first tilt settles [1] */
-    ahrs_real hard_iron_walk; /* Random walk of the hard iron, of the local field [s-0.5] */
-    ahrs_real field_walk; /* Random walk of the local field, of itself [s-0.5] */
-    ahrs_real heading_walk; /* Random walk of the integrated heading [rad/s0.5] */
-    ahrs_real heading_rate_walk; /* Random walk of the integrated heading per angular rate [s0.5] */
+    ahrs_real hard_iron_walk; /* Random walk of the hard iron: standard deviation after one second, of the local field [1] */
+    ahrs_real field_walk; /* Random walk of the local field: standard deviation after one second, of itself [1] */
+    ahrs_real heading_walk; /* Random walk of the integrated heading: standard deviation after one second [rad] */
+    ahrs_real heading_rate_walk; /* Random walk of the integrated heading per angular rate: standard deviation after one second at one rad/s [s] */
     ahrs_real jump_time; /* Time over which a misfit of the field is averaged before it counts as a change [s] */
     ahrs_real jump_threshold; /* Mean squared misfit, of the expected one, above which the field or the hard iron has changed [1] */
     ahrs_real jump_hard_iron; /* How fast a change makes the hard iron uncertain [1/s] */
@@ -55,7 +55,7 @@ typedef struct {
     int32_t use_mag; /* False: six axes only, the heading is integrated from the gyroscope */
     int32_t spread; /* Spread the slow step over the samples until the next one, so that no sample costs much more than another; its result comes one slow period later */
     int32_t gyro_sampling; /* What a gyroscope sample stands for, used with refine (enumeration gyro_sampling) */
-    int32_t refine; /* Correct the averaged tilt for what has since been learned of the gyroscope, join rate samples to second order, let both hypotheses share one field until the body has turned; false: the plain equations, for comparison */
+    int32_t refine; /* Correct the averaged tilt for what has since been learned of the gyroscope, join rate samples to second order, keep north through a change of the field; false: the plain equations, for comparison */
 } ahrs_kcf_params;
 
 typedef ahrs_estimator_inputs ahrs_kcf_inputs;
@@ -71,7 +71,7 @@ typedef struct {
     ahrs_real uncalibrated; /* Probability that the magnetometer has an uncalibrated hard iron; 0 when the question is closed [1] */
     int32_t covariance_reset; /* The covariance was reset at the last sample */
     int32_t at_rest; /* Rest is detected: the gyroscope shows its bias */
-    int32_t mag_disturbed; /* The field does not fit what has been learned */
+    int32_t mag_disturbed; /* The field does not fit what has been learned, or is another one than at first */
     int32_t implausible; /* Gyroscope and accelerometer or magnetometer turn in opposite senses: check axes and signs */
 } ahrs_kcf_outputs_t;
 
@@ -123,6 +123,12 @@ typedef struct {
     ahrs_real mag_scale; /* Inverse norm of the first magnetometer sample, 0 before [1/T] */
     ahrs_real misfit; /* Mean squared misfit of the field, of the expected one [1] */
     ahrs_real excess; /* Variance that the misfit has in excess, at the last update [1] */
+    ahrs_real change_views; /* Views of the field with a misfit since it became suspect [1] */
+    ahrs_real fit_views; /* Views of the field since it has been fitting [1] */
+    ahrs_real old_misfit; /* Mean squared misfit of the old field, of the expected one [1] */
+    ahrs_real calm_field[3]; /* Field before it changed, of its norm [1] */
+    ahrs_real calm_iron[3]; /* Hard iron before that, of the field [1] */
+    ahrs_real north_angle[2]; /* Cosine and sine of the angle from the other field to the old one [1] */
     ahrs_real alt_x[6]; /* Field and hard iron if it is not [1] */
     ahrs_real alt_cov[21]; /* Covariance of alt_x, lower triangle row by row [1] */
     ahrs_real alt_q[4]; /* Level attitude when the question was asked [1] */
@@ -135,6 +141,8 @@ typedef struct {
     ahrs_real sense_power[6]; /* Power of the turn that the gyroscope predicts, per axis [1] */
     int32_t phase; /* Next part of the slow step */
     int32_t job; /* Bits: what the slow step under way has to do */
+    int32_t change; /* The field: 0 as it was, 1 suspect, 2 another one, not known yet, 3 another one, known */
+    int32_t iron_known; /* Whether the hard iron was as certain as a calibration leaves it when the field last fitted */
     int32_t question; /* Is the magnetometer calibrated: 0 not yet asked, 1 open, 2 answered */
 } ahrs_kcf_state;
 

@@ -4,10 +4,10 @@
 
 #include "model.h"
 
-/* Doubles for reals; int32_t for Booleans, integers and enumerations. */
-enum { AHRS_COLUMN_REAL, AHRS_COLUMN_INTEGER };
+/* What a column holds: doubles for reals, bytes 0 and 1 for Booleans, int32_t for integers and enumerations. */
+enum { AHRS_COLUMN_REAL, AHRS_COLUMN_BOOLEAN, AHRS_COLUMN_INTEGER };
 
-/* A variable over time: row after row of `size` elements. */
+/* A variable over time: row after row of `size` elements, one for what is not real. */
 typedef struct {
     void *data;
     uint32_t offset; /* of the variable in the instance */

@@ -1,6 +1,6 @@
 within;
 package AHRS "Attitude and heading reference systems: vehicle, sensors, complementary filters and closed loops"
-  extends Icons.Package;
+  extends AHRS.Icons.Package;
   annotation(
     version = "0.1.0",
     Icon(graphics = {

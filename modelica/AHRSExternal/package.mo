@@ -83,7 +83,7 @@ AHRSExternal.Estimator filter(kind = \"gcf\", sample_time = 0.004, names = {\"sa
     GCF reference_filter(sample_time = sample_time) "The C reference beside the block" annotation(Placement(transformation(extent = {{-120, -80}, {-80, -40}})));
     Real difference "Greatest difference of a quaternion's element";
   equation
-    connect(imu.imu, reference_filter.imu);
+    connect(imu.imu, reference_filter.imu) annotation(Line(points = {{103, 0}, {112, 0}, {112, -90}, {-132, -90}, {-132, -60}, {-124, -60}}, color = {200, 90, 0}));
     difference = max(abs(reference_filter.q - filter.q));
     annotation(experiment(StopTime = 10, Interval = 0.004, Tolerance = 1e-10),
       Documentation(info = "<html><p><code>difference</code> stays at rounding level.</p></html>"));

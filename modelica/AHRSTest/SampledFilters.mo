@@ -13,9 +13,9 @@ equation
   imu.q = AHRS.Functions.fromEuler(euler);
   imu.rate = AHRS.Functions.bodyRate(euler, {0.72*cos(0.8*time), 0.78*cos(1.3*time), 0.6*cos(0.3*time)});
   imu.specific_force = AHRS.Functions.rotateBack(imu.q, {0.5*sin(2*time), 0.3*cos(3*time), -9.80665});
-  connect(imu.imu, gcf.imu);
-  connect(imu.imu, third.imu);
-  connect(imu.imu, mahony.imu);
+  connect(imu.imu, gcf.imu) annotation(Line(points = {{3, 0}, {8, 0}, {8, 40}, {16, 40}}, color = {200, 90, 0}));
+  connect(imu.imu, third.imu) annotation(Line(points = {{3, 0}, {16, 0}}, color = {200, 90, 0}));
+  connect(imu.imu, mahony.imu) annotation(Line(points = {{3, 0}, {8, 0}, {8, -40}, {16, -40}}, color = {200, 90, 0}));
   annotation(experiment(StopTime = 20, Interval = 0.02, Tolerance = 1e-6),
     Documentation(info = "<html><p>The samples are recorded with the result, so that another implementation can be fed with the very same numbers.</p></html>"));
 end SampledFilters;

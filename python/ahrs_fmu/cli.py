@@ -8,7 +8,18 @@ from typing import Annotated
 
 import typer
 
-from ahrs_fmu.commands import bode, build, demo, design, fmu, replay, terminal
+from ahrs_fmu.commands import (
+    benchmark,
+    bode,
+    build,
+    demo,
+    design,
+    export,
+    fmu,
+    replay,
+    reproduce,
+    terminal,
+)
 from ahrs_fmu.errors import AhrsError
 from ahrs_fmu.version import __version__
 
@@ -29,6 +40,7 @@ app = typer.Typer(
 )
 for command, examples in (
     (build.build, build.EXAMPLES),
+    (export.export, export.EXAMPLES),
     (fmu.info, fmu.INFO_EXAMPLES),
     (fmu.validate, fmu.VALIDATE_EXAMPLES),
     (replay.replay, replay.EXAMPLES),
@@ -37,6 +49,8 @@ for command, examples in (
     (design.allan, design.ALLAN_EXAMPLES),
     (design.explain, design.EXPLAIN_EXAMPLES),
     (demo.demo, demo.EXAMPLES),
+    (reproduce.reproduce, reproduce.EXAMPLES),
+    (benchmark.benchmark, benchmark.EXAMPLES),
 ):
     app.command(epilog=f"\b{examples}")(command)
 

@@ -7,6 +7,7 @@ Estimators share ``fmu_src/estimator/estimator.toml``, which a model names as it
 
 from __future__ import annotations
 
+import hashlib
 import math
 import sys
 import tomllib
@@ -285,6 +286,12 @@ class Descriptor(Struct, frozen=True):
                 raise ParameterError(f"{limit.rule} does not hold ({given}): {limit.says}")
         return broken
 
+    def fingerprint(self) -> str:
+        """Hash of what two sides that exchange values without names must agree on."""
+        rows = [(v.name, v.vr, v.size, v.type, self.role(v)) for v in self.variables]
+        items = {name: enumeration.items for name, enumeration in self.enumerations.items()}
+        return hashlib.sha256(msgspec.json.encode([rows, items], order="deterministic")).hexdigest()
+
     def _shown(self, name: str, value: object) -> str:
         variable = self.parameter(name)
         if variable.type == "enumeration":
@@ -376,18 +383,28 @@ def read(path: Path) -> Descriptor:
         states=file.state,
         folder=path.parent,
     )
-    _check_descriptor(descriptor, file)
+    _check_provided(descriptor, file)
+    check_declarations(descriptor, f"{descriptor.name}.toml")
     return descriptor
 
 
-def _check_descriptor(descriptor: Descriptor, file: _File) -> None:
-    where = f"{descriptor.name}.toml"
+def _check_provided(descriptor: Descriptor, file: _File) -> None:
     if descriptor.interface is not None:
         optional = {o.name for o in descriptor.interface.outputs if o.optional}
         if unknown := sorted(set(file.provides) - optional):
             raise DescriptorError(
-                f"{where}: provides {unknown[0]}, which is no optional output of the interface"
+                f"{descriptor.name}.toml: provides {unknown[0]}, which is no optional output of the interface"
             )
+
+
+def check_declarations(descriptor: Descriptor, where: str) -> None:
+    """Check that the declarations of a model agree with each other; `where` stands in the message.
+
+    Raises
+    ------
+    DescriptorError
+        If they do not.
+    """
     names = [variable.name for variable in descriptor.variables]
     if twice := [name for name in names if names.count(name) > 1]:
         raise DescriptorError(f"{where}: {twice[0]} is declared twice")
@@ -403,6 +420,8 @@ def _check_descriptor(descriptor: Descriptor, file: _File) -> None:
             )
         if (variable.type == "enumeration") != bool(variable.enumeration):
             raise DescriptorError(f"{where}: {variable.name} is no enumeration but names one")
+        if variable.size > 1 and variable.type != "real":
+            raise DescriptorError(f"{where}: {variable.name} is an array, which only a real variable can be")
         try:
             descriptor.numbers(variable, variable.default)
         except ParameterError as error:

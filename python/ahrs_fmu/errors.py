@@ -10,8 +10,10 @@ resembles, so that a program can catch either::
      ├── DesignError      (ValueError)    gains or noise levels make no sense
      ├── CalibrationError (ValueError)    readings are unfit for a calibration
      ├── ScenarioError    (ValueError)    a scenario or a co-simulation file is wrong
+     ├── UnitError        (ValueError)    a unit is unknown or measures something else
      ├── MissingExtraError (ImportError)  an optional dependency is not installed
      ├── BuildError       (RuntimeError)  compiling or packaging failed
+     ├── SimulationError  (RuntimeError)  a component failed during a co-simulation
      └── FmuError         (RuntimeError)  an FMU refused a call
 
 The message is one line that names the thing, the value, the limit and the way out.
@@ -48,6 +50,10 @@ class ScenarioError(AhrsError, ValueError):
     """A scenario, a sensor or a co-simulation file is wrong."""
 
 
+class UnitError(AhrsError, ValueError):
+    """A unit is unknown, or measures something else than it should."""
+
+
 class MissingExtraError(AhrsError, ImportError):
     """An optional dependency is needed and not installed."""
 
@@ -58,3 +64,15 @@ class BuildError(AhrsError, RuntimeError):
 
 class FmuError(AhrsError, RuntimeError):
     """An FMU refused a call."""
+
+
+class SimulationError(AhrsError, RuntimeError):
+    """A component failed during a co-simulation.
+
+    Attributes
+    ----------
+    recording : object or None
+        What was recorded before, as `ahrs_fmu.cosim.recording.Recording`.
+    """
+
+    recording: object = None

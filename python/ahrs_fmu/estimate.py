@@ -18,6 +18,9 @@ BoolArray = NDArray[np.bool_]
 COMMON_OUTPUTS = frozenset(output.name for output in descriptors.interface("estimator").outputs)
 """Outputs that every estimator has, or may have."""
 
+_FLAGS = ("gyro_held", "accel_used", "mag_used", "covariance_reset")
+_NOT_REAL = frozenset(("status", *_FLAGS))
+
 
 class Status(IntEnum):
     """The worst condition now; one numbering for all estimators, as in estimator.toml."""
@@ -118,8 +121,13 @@ class EstimateResult:
         outputs : mapping of str to ndarray, shape (N, ...)
             Every output by its name.
         """
-        floats = {name: np.asarray(values, dtype=np.float64) for name, values in outputs.items()}
-        never = np.zeros(len(time))
+        # Arrays that are of the right type already are taken over, not copied.
+        floats = {
+            name: np.asarray(values, dtype=np.float64)
+            for name, values in outputs.items()
+            if name not in _NOT_REAL
+        }
+        flags = {name: np.asarray(outputs[name], dtype=np.bool_) for name in _FLAGS if name in outputs}
         return cls(
             time=time,
             frame=frame,
@@ -129,11 +137,11 @@ class EstimateResult:
             gyro_bias=floats["gyro_bias"],
             motion_accel=floats["motion_accel"],
             attitude_std=floats.get("attitude_std"),
-            status=floats["status"].astype(np.int32),
-            gyro_held=floats["gyro_held"] != 0.0,
-            accel_used=floats["accel_used"] != 0.0,
-            mag_used=floats["mag_used"] != 0.0,
-            covariance_reset=floats.get("covariance_reset", never) != 0.0,
+            status=np.asarray(outputs["status"], dtype=np.int32),
+            gyro_held=flags["gyro_held"],
+            accel_used=flags["accel_used"],
+            mag_used=flags["mag_used"],
+            covariance_reset=flags.get("covariance_reset", np.zeros(len(time), dtype=np.bool_)),
             others={name: values for name, values in floats.items() if name not in COMMON_OUTPUTS},
         )
 

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ahrs_fmu import descriptors
 from ahrs_fmu.descriptors import Descriptor
-from ahrs_fmu.errors import ParameterError
+from ahrs_fmu.errors import ParameterError, RecordError
 from ahrs_fmu.estimate import COMMON_OUTPUTS, Estimate, EstimateResult, Status
+from ahrs_fmu.estimators.model import NumpyModel
 from ahrs_fmu.frames import Frame
 from ahrs_fmu.host_library import Precision
 from ahrs_fmu.native import NativeModel
 from ahrs_fmu.records import Record
+
+Backend = Literal["c", "numpy"]
+
+_COLUMNS = ("gyro", "accel", "mag", "accel_valid", "mag_valid")
 
 
 class Estimator:
@@ -30,14 +36,23 @@ class Estimator:
         Values by parameter name; the others have their defaults.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its readable twin in numpy, which is double precision only.
 
     Raises
     ------
     ParameterError
-        If a name is unknown, a value is outside its limits, or values contradict each other.
+        If a name is unknown, a value is outside its limits, or values contradict each other; if there is no
+        numpy back-end for the model or the precision.
     """
 
-    def __init__(self, model: str, parameters: Mapping[str, object], precision: Precision = "double") -> None:
+    def __init__(
+        self,
+        model: str,
+        parameters: Mapping[str, object],
+        precision: Precision = "double",
+        backend: Backend = "c",
+    ) -> None:
         self._descriptor = descriptors.load(model)
         self._parameters = {
             p.name: self._descriptor.numbers(p, p.default) for p in self._descriptor.parameters
@@ -46,12 +61,16 @@ class Estimator:
             self._parameters[name] = self._descriptor.numbers(self._descriptor.parameter(name), value)
         self._epsilon = float(np.finfo(np.float64 if precision == "double" else np.float32).eps)
         self._descriptor.check(self._parameters, self._epsilon)
-        self._core = NativeModel(self._descriptor, precision)
+        self._core = _core(self._descriptor, precision, backend)
+        self._backend: Backend = backend
         self._output_names = [variable.name for variable in self._descriptor.outputs]
         self._started = False
+        self._configure(self._core)
+
+    def _configure(self, core: NativeModel | NumpyModel) -> None:
         for name, elements in self._parameters.items():
-            self._core.set(name, elements)
-        self._core.reset()
+            core.set(name, elements)
+        core.reset()
 
     @property
     def descriptor(self) -> Descriptor:
@@ -182,7 +201,7 @@ class Estimator:
         )
 
     def run(self, record: Record) -> EstimateResult:
-        """Estimate the attitude over a recording, from a fresh start, in one call to the C code.
+        """Estimate the attitude over a recording, from a fresh start, in one call to the back-end.
 
         Parameters
         ----------
@@ -194,18 +213,65 @@ class Estimator:
         EstimateResult
             The attitude after every row. Row 0 is the initial attitude.
         """
-        samples = record if record.frame is self.frame else record.in_frame(self.frame)
+        samples = record.in_frame(self.frame)
         self.reset()
-        y = self._core.run(
-            samples.steps,
-            {
-                "gyro": samples.gyro,
-                "accel": samples.accel,
-                "mag": samples.mag,
-                "accel_valid": samples.accel_valid,
-                "mag_valid": samples.mag_valid,
-            },
-            self._output_names,
-        )
+        columns = {name: getattr(samples, name) for name in _COLUMNS}
+        y = self._core.run(samples.steps, columns, self._output_names)
         self._started = True
         return EstimateResult.from_outputs(samples.time, self.frame, y)
+
+    def run_all(self, records: Sequence[Record]) -> list[EstimateResult]:
+        """Estimate the attitude over recordings of the same times, such as the runs of a Monte Carlo study.
+
+        The numpy back-end takes all of them in one call. This estimator's own state is left alone.
+
+        Parameters
+        ----------
+        records : sequence of Record
+            Recordings with equal `time`.
+
+        Returns
+        -------
+        list of EstimateResult
+            One for each recording, as `run` would give it.
+
+        Raises
+        ------
+        RecordError
+            If there is none, or their times differ.
+        """
+        samples = [record.in_frame(self.frame) for record in records]
+        if not samples or any(not np.array_equal(s.time, samples[0].time) for s in samples):
+            raise RecordError(
+                f"{len(samples)} recordings given; at least one is needed, all with the same time"
+            )
+        columns = {name: np.stack([getattr(s, name) for s in samples]) for name in _COLUMNS}
+        outputs = self._run_batch(samples[0].steps, columns, len(samples))
+        return [EstimateResult.from_outputs(samples[0].time, self.frame, y) for y in outputs]
+
+    def _run_batch(
+        self, steps: NDArray[np.float64], columns: Mapping[str, NDArray[np.generic]], size: int
+    ) -> list[dict[str, NDArray[np.generic]]]:
+        if self._backend == "numpy":
+            batch = NumpyModel(self._descriptor, (size,))
+            self._configure(batch)
+            y = batch.run(steps, columns, self._output_names)
+            return [{name: values[i] for name, values in y.items()} for i in range(size)]
+        saved = self._core.save()
+        outputs: list[dict[str, NDArray[np.generic]]] = []
+        for i in range(size):
+            self._core.reset()
+            row = {name: column[i] for name, column in columns.items()}
+            outputs.append(dict(self._core.run(steps, row, self._output_names)))
+        self._core.restore(saved)
+        return outputs
+
+
+def _core(descriptor: Descriptor, precision: Precision, backend: Backend) -> NativeModel | NumpyModel:
+    if backend == "c":
+        return NativeModel(descriptor, precision)
+    if precision != "double":
+        raise ParameterError(
+            f"precision = {precision!r} is refused: the numpy back-end is double precision; use backend 'c'"
+        )
+    return NumpyModel(descriptor)

@@ -1,9 +1,9 @@
 """The KCF for recordings: forward in time, then backward with all that was learned, then both together.
 
-The forward pass knows the past of every sample; the backward pass is the same C filter, going on from where the
-forward pass ended, over the recording turned around in time, and knows the whole recording when it comes to a
-sample. Their errors differ where the filter was still learning and after every change of the field, so that the
-middle between them is better than either (docs/accuracy.md).
+The forward pass knows the past of every sample. The backward pass is the same C filter: it goes on from where
+the forward pass ended, over the recording turned around in time, and knows the whole recording when it comes
+to a sample. Their errors differ where the filter was still learning and after every change of the field, so
+that the middle between them is better than either (docs/accuracy.md).
 """
 
 from __future__ import annotations
@@ -95,9 +95,9 @@ def _about_vertical(angle: FloatArray) -> FloatArray:
 def _and_back(record: Record, learned: EstimateResult) -> Record:
     """Make a recording that goes on backward in time from its last row to its first.
 
-    Backward, every rate changes its sign, and with it the bias that the filter would have to learn anew: twice
-    the learned bias keeps it. Likewise the magnetometer, which lagged, would lead: it is taken from twice the
-    learned latency later.
+    Backward, every rate changes its sign, and with it the bias that the filter would have to learn anew:
+    twice the learned bias keeps it. Likewise the magnetometer, which lagged, would lead: it is taken from
+    twice the learned latency later.
     """
     time, last = record.time, record.time[-1]
     bias = learned.gyro_bias[-1]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from ahrs_fmu.estimator import Estimator
+from ahrs_fmu.estimator import Backend, Estimator
 from ahrs_fmu.host_library import Precision
 
 __all__ = [
@@ -132,6 +132,8 @@ class AdaptiveCKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -178,6 +180,7 @@ class AdaptiveCKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "adaptive_ckf",
@@ -219,6 +222,7 @@ class AdaptiveCKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -304,6 +308,8 @@ class CGEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -341,6 +347,7 @@ class CGEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "cg_ekf",
@@ -373,6 +380,7 @@ class CGEKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -447,6 +455,8 @@ class Complementary(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -480,6 +490,7 @@ class Complementary(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "complementary",
@@ -508,6 +519,7 @@ class Complementary(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -605,6 +617,8 @@ class GCF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -646,6 +660,7 @@ class GCF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "gcf",
@@ -682,6 +697,7 @@ class GCF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -767,6 +783,8 @@ class ImprovedEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -804,6 +822,7 @@ class ImprovedEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "improved_ekf",
@@ -836,6 +855,7 @@ class ImprovedEKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -872,8 +892,8 @@ class KCF(Estimator):
         What a gyroscope sample stands for, used with refine.
     refine : bool, default True
         Correct the averaged tilt for what has since been learned of the gyroscope, join rate
-        samples to second order, let both hypotheses share one field until the body has turned;
-        false: the plain equations, for comparison.
+        samples to second order, keep north through a change of the field; false: the plain
+        equations, for comparison.
     bias_std : float, default 0.017453292519943295
         Gyroscope bias before anything is learned, standard deviation per axis [rad/s]. Must be at
         least 0 and at most 1.
@@ -902,8 +922,8 @@ class KCF(Estimator):
         Latency of the magnetometer against the gyroscope, standard deviation [s]. Must be at
         least 0 and at most 0.1.
     mag_density : float, default 0.1
-        Noise density of the field with everything that varies slowly in it, of the local field
-        [s0.5]. Must be at least 1e-06 and at most 10.
+        Deviation of the mean of the field over one second, with everything that varies slowly in
+        it, of the local field. Must be at least 1e-06 and at most 10.
     mag_noise : float, default 0.03
         Usual deviation of one magnetometer sample from the expected field, of the local field.
         Must be at least 1e-06 and at most 10.
@@ -912,15 +932,17 @@ class KCF(Estimator):
     mag_tilt_noise : float, default 0.3
         Additional deviation while the first tilt settles. Must be at least 0 and at most 10.
     hard_iron_walk : float, default 0.0003
-        Random walk of the hard iron, of the local field [s-0.5]. Must be at least 0 and at most
-        1.
+        Random walk of the hard iron: standard deviation after one second, of the local field.
+        Must be at least 0 and at most 1.
     field_walk : float, default 0.0002
-        Random walk of the local field, of itself [s-0.5]. Must be at least 0 and at most 1.
+        Random walk of the local field: standard deviation after one second, of itself. Must be at
+        least 0 and at most 1.
     heading_walk : float, default 0.001
-        Random walk of the integrated heading [rad/s0.5]. Must be at least 0 and at most 1.
+        Random walk of the integrated heading: standard deviation after one second [rad]. Must be
+        at least 0 and at most 1.
     heading_rate_walk : float, default 0.0015
-        Random walk of the integrated heading per angular rate [s0.5]. Must be at least 0 and at
-        most 1.
+        Random walk of the integrated heading per angular rate: standard deviation after one
+        second at one rad/s [s]. Must be at least 0 and at most 1.
     jump_time : float, default 0.5
         Time over which a misfit of the field is averaged before it counts as a change [s]. Must
         be at least 0.01 and at most 60.
@@ -993,6 +1015,8 @@ class KCF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1056,6 +1080,7 @@ class KCF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "kcf",
@@ -1114,6 +1139,7 @@ class KCF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1194,6 +1220,8 @@ class Mahony(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1229,6 +1257,7 @@ class Mahony(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mahony",
@@ -1259,6 +1288,7 @@ class Mahony(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1356,6 +1386,8 @@ class MahonyEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1397,6 +1429,7 @@ class MahonyEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mahony_ekf",
@@ -1433,6 +1466,7 @@ class MahonyEKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1526,6 +1560,8 @@ class MEKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1566,6 +1602,7 @@ class MEKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "mekf",
@@ -1601,6 +1638,7 @@ class MEKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1672,6 +1710,8 @@ class Strapdown(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1704,6 +1744,7 @@ class Strapdown(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "strapdown",
@@ -1731,6 +1772,7 @@ class Strapdown(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 
@@ -1832,6 +1874,8 @@ class UKF(Estimator):
         0.01 and at most 100.
     precision : {"double", "single"}
         Floating-point type of the computation.
+    backend : {"c", "numpy"}
+        Who computes: the C code, or its twin in numpy.
 
     Raises
     ------
@@ -1875,6 +1919,7 @@ class UKF(Estimator):
         mag_offset: Sequence[float] = (0.0, 0.0, 0.0),
         mag_gain: Sequence[float] = (1.0, 1.0, 1.0),
         precision: Precision = "double",
+        backend: Backend = "c",
     ) -> None:
         super().__init__(
             "ukf",
@@ -1913,6 +1958,7 @@ class UKF(Estimator):
                 "mag_gain": mag_gain,
             },
             precision,
+            backend,
         )
 
 

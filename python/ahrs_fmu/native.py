@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -81,6 +82,14 @@ class _Column(ctypes.Structure):
     ]
 
 
+# As in native/native.h.
+_COLUMN_KINDS: Mapping[np.dtype[np.generic], int] = {
+    np.dtype(np.float64): 0,
+    np.dtype(np.bool_): 1,
+    np.dtype(np.int32): 2,
+}
+
+
 @cache
 def _library(precision: Precision) -> ctypes.CDLL:
     library = ctypes.CDLL(str(library_file(precision)))
@@ -100,15 +109,20 @@ def _library(precision: Precision) -> ctypes.CDLL:
 
 @dataclass(frozen=True)
 class _Slot:
-    """Where a variable is in the instance."""
+    """Where a variable is in the instance, and what a column of it is over the rows of a recording."""
 
     variable: Variable
     offset: int
     view: NDArray[np.float64] | NDArray[np.float32] | NDArray[np.int32]
+    column_type: np.dtype[np.generic]
+    row_shape: tuple[int, ...]
 
     @property
     def is_real(self) -> bool:
         return self.variable.type == "real"
+
+    def column(self, address: int) -> _Column:
+        return _Column(address, self.offset, self.variable.size, _COLUMN_KINDS[self.column_type])
 
 
 class NativeModel:
@@ -142,7 +156,9 @@ class NativeModel:
     def _slot(self, variable: Variable, offset: int) -> _Slot:
         kind = np.dtype(self._real if variable.type == "real" else np.int32)
         view = self._bytes[offset : offset + kind.itemsize * variable.size].view(kind)
-        return _Slot(variable, offset, view)
+        column_type = {"real": np.float64, "boolean": np.bool_}.get(variable.type, np.int32)
+        row_shape = (variable.size,) if variable.size > 1 else ()
+        return _Slot(variable, offset, view, np.dtype(column_type), row_shape)
 
     def set(self, name: str, values: ArrayLike) -> None:
         """Write the elements of a parameter or an input; the caller has checked them."""
@@ -180,7 +196,7 @@ class NativeModel:
 
     def run(
         self, dt: ArrayLike, inputs: Mapping[str, NDArray[np.generic]], outputs: Sequence[str]
-    ) -> dict[str, NDArray[np.float64] | NDArray[np.int32]]:
+    ) -> dict[str, NDArray[np.generic]]:
         """Run over rows of inputs in one call.
 
         Parameters
@@ -195,45 +211,38 @@ class NativeModel:
         Returns
         -------
         dict of str to ndarray
-            Each output with shape (N,) or (N, size).
+            Each output with shape (N,) or (N, size): float64, bool, or int32.
         """
         steps = np.ascontiguousarray(dt, dtype=np.float64)
-        rows = len(steps)
-        columns_in = {name: self._contiguous(name, column) for name, column in inputs.items()}
-        columns_out = {name: self._empty(name, rows) for name in outputs}
+        given = {
+            name: np.ascontiguousarray(column, dtype=self._slots[name].column_type)
+            for name, column in inputs.items()
+        }
+        found = self._empty_columns(outputs, len(steps))
         self._library.ahrs_native_run(
             ctypes.addressof(self._model),
             self._address,
-            rows,
+            len(steps),
             steps.ctypes.data,
-            self._columns(columns_in),
-            len(columns_in),
-            self._columns(columns_out),
-            len(columns_out),
+            self._columns(given),
+            len(given),
+            self._columns(found),
+            len(found),
         )
-        return columns_out
+        return found
 
-    def _contiguous(self, name: str, column: NDArray[np.generic]) -> NDArray[np.float64] | NDArray[np.int32]:
-        if self._slots[name].is_real:
-            return np.ascontiguousarray(column, dtype=np.float64)
-        return np.ascontiguousarray(column, dtype=np.int32)
+    def _columns(self, arrays: Mapping[str, NDArray[np.generic]]) -> ctypes.Array[_Column]:
+        columns = [self._slots[name].column(array.ctypes.data) for name, array in arrays.items()]
+        return (_Column * len(columns))(*columns)
 
-    def _empty(self, name: str, rows: int) -> NDArray[np.float64] | NDArray[np.int32]:
-        slot = self._slots[name]
-        shape = (rows,) if slot.variable.size == 1 else (rows, slot.variable.size)
-        return np.empty(shape, dtype=np.float64) if slot.is_real else np.empty(shape, dtype=np.int32)
-
-    def _columns(
-        self, arrays: Mapping[str, NDArray[np.float64] | NDArray[np.int32]]
-    ) -> ctypes.Array[_Column]:
-        return (_Column * len(arrays))(
-            *(
-                _Column(
-                    a.ctypes.data,
-                    self._slots[n].offset,
-                    self._slots[n].variable.size,
-                    0 if self._slots[n].is_real else 1,
-                )
-                for n, a in arrays.items()
-            )
-        )
+    def _empty_columns(self, names: Sequence[str], rows: int) -> dict[str, NDArray[np.generic]]:
+        """Columns in one piece of memory, which a system hands out faster than many small ones."""
+        # The larger elements first: that keeps all of them aligned.
+        slots = sorted((self._slots[name] for name in names), key=lambda slot: -slot.column_type.itemsize)
+        sizes = [rows * slot.column_type.itemsize * slot.variable.size for slot in slots]
+        memory = np.empty(sum(sizes), dtype=np.uint8)
+        starts = accumulate(sizes, initial=0)
+        return {
+            slot.variable.name: np.ndarray((rows, *slot.row_shape), slot.column_type, memory, start)
+            for slot, start in zip(slots, starts, strict=False)
+        }

@@ -5,7 +5,7 @@ They are built with matplotlib's object interface, so that they need no display 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ahrs_fmu import quaternion
+from ahrs_fmu.errors import RecordError
 from ahrs_fmu.metrics import AttitudeError, attitude_error
 from ahrs_fmu.records import Record
 
@@ -44,6 +45,7 @@ STYLE = {
     "ytick.major.width": 0.6,
     "svg.hashsalt": "ahrs-fmu",
 }
+"""Look of every figure."""
 
 
 def replay_figure(record: Record, q: FloatArray, label: str) -> Figure:
@@ -80,6 +82,46 @@ def replay_figure(record: Record, q: FloatArray, label: str) -> Figure:
         figure.suptitle(record.name, fontsize=9.0, x=0.01, ha="left")
         handles, names = panels[0].get_legend_handles_labels()
         figure.legend(handles, names, loc="upper right", ncols=len(names), frameon=False, borderaxespad=0.2)
+    return figure
+
+
+def comparison_figure(record: Record, estimates: Mapping[str, FloatArray], title: str) -> Figure:
+    """Draw the true angles of a record and the errors of several estimates.
+
+    Parameters
+    ----------
+    record : Record
+        With a true attitude.
+    estimates : mapping of str to ndarray, shape (N, 4)
+        Attitudes by what to call them, in the frame of the record.
+    title : str
+
+    Returns
+    -------
+    Figure
+        True angles above, errors of roll, pitch and yaw below, in degrees over seconds.
+    """
+    if record.q_true is None:
+        raise RecordError(f"{record.name} has no true attitude: there is no error to draw")
+    with style.context(STYLE):
+        figure = Figure(figsize=(PAGE_WIDTH, 5.0 * _ROW_HEIGHT), layout="constrained")
+        FigureCanvasAgg(figure)
+        top, *panels = figure.subplots(4, 1, sharex=True)
+        time = record.time - record.time[0]
+        truth = np.degrees(quaternion.to_euler(record.q_true))
+        for axis, name in enumerate(_ANGLES):
+            top.plot(*_thinned(time, _unwrapped_gaps(truth[:, axis])), label=name)
+        top.set_ylabel("truth [deg]")
+        top.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        for label, q in estimates.items():
+            error = np.degrees(attitude_error(q, record.q_true).euler)
+            for axis, panel in enumerate(panels):
+                panel.plot(*_thinned(time, error[:, axis]), label=label)
+        for panel, name in zip(panels, _ANGLES, strict=True):
+            panel.set_ylabel(f"{name}\nerror [deg]")
+        panels[0].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        panels[-1].set_xlabel("time [s]")
+        figure.suptitle(title)
     return figure
 
 

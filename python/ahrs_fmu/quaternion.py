@@ -19,19 +19,24 @@ def _array(x: ArrayLike) -> Array:
     return np.asarray(x, dtype=np.float64)
 
 
+def join(*parts: ArrayLike) -> Array:
+    """Put components of equal shape (...) together as (..., n)."""
+    joined = np.empty((*np.shape(parts[0]), len(parts)))
+    for i, part in enumerate(parts):
+        joined[..., i] = part
+    return joined
+
+
 def multiply(p: ArrayLike, q: ArrayLike) -> Array:
     """Hamilton product p ⊗ q, shapes (..., 4) broadcast against each other."""
     p, q = _array(p), _array(q)
-    pw, px, py, pz = np.moveaxis(p, -1, 0)
-    qw, qx, qy, qz = np.moveaxis(q, -1, 0)
-    return np.stack(
-        (
-            pw * qw - px * qx - py * qy - pz * qz,
-            pw * qx + px * qw + py * qz - pz * qy,
-            pw * qy - px * qz + py * qw + pz * qx,
-            pw * qz + px * qy - py * qx + pz * qw,
-        ),
-        axis=-1,
+    pw, px, py, pz = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
+    qw, qx, qy, qz = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    return join(
+        pw * qw - px * qx - py * qy - pz * qz,
+        pw * qx + px * qw + py * qz - pz * qy,
+        pw * qy - px * qz + py * qw + pz * qx,
+        pw * qz + px * qy - py * qx + pz * qw,
     )
 
 
@@ -74,21 +79,29 @@ def log(q: ArrayLike) -> Array:
 def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     """Turn body vectors (..., 3) into navigation vectors: q v q*."""
     q, v = _array(q), _array(v)
-    t = 2.0 * np.cross(q[..., 1:], v)
-    return v + q[..., :1] * t + np.cross(q[..., 1:], t)
+    axis = q[..., 1:]
+    t = 2.0 * cross(axis, v)
+    return v + q[..., :1] * t + cross(axis, t)
+
+
+def cross(a: ArrayLike, b: ArrayLike) -> Array:
+    """Vector product of (..., 3) arrays, which broadcast against each other."""
+    a, b = _array(a), _array(b)
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return join(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
 
 
 def to_matrix(q: ArrayLike) -> Array:
     """Rotation matrix C_nb (..., 3, 3) with ``v_n = C v_b``."""
-    w, x, y, z = np.moveaxis(_array(q), -1, 0)
-    return np.stack(
-        (
-            np.stack((w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)), axis=-1),
-            np.stack((2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)), axis=-1),
-            np.stack((2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z), axis=-1),
-        ),
-        axis=-2,
+    q = _array(q)
+    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    rows = join(
+        *(w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        *(2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
+        *(2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
     )
+    return rows.reshape(*q.shape[:-1], 3, 3)
 
 
 def from_matrix(c: ArrayLike) -> Array:
@@ -116,12 +129,13 @@ def from_matrix(c: ArrayLike) -> Array:
 
 def to_euler(q: ArrayLike) -> Array:
     """Roll, pitch, yaw (..., 3) in radians, z-y-x order."""
-    w, x, y, z = np.moveaxis(_array(q), -1, 0)
+    q = _array(q)
+    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
     roll = np.arctan2(2 * (w * x + y * z), w * w - x * x - y * y + z * z)
     # The arc tangent keeps its accuracy at 90 deg of pitch, where the arc sine loses half of the digits.
     pitch = np.arctan2(2 * (w * y - x * z), np.hypot(2 * (w * x + y * z), w * w - x * x - y * y + z * z))
     yaw = np.arctan2(2 * (x * y + w * z), w * w + x * x - y * y - z * z)
-    return np.stack((roll, pitch, yaw), axis=-1)
+    return join(roll, pitch, yaw)
 
 
 def from_euler(euler: ArrayLike) -> Array:

@@ -137,12 +137,15 @@ class Simulation:
         Initial attitude by the rule of the experiments, `initial_attitude`.
     gyro_bias : ndarray, shape (N, 3)
         True bias of the gyroscope, rad/s.
+    truth : Truth
+        What happened, and what perfect sensors would have read.
     """
 
     record: Record
     scenario: Scenario
     q0: Array
     gyro_bias: Array
+    truth: Truth
 
 
 def names() -> tuple[str, ...]:
@@ -215,7 +218,7 @@ def run(scenario: Scenario, seed: int = 1, name: str = "scenario") -> Simulation
         evaluate=evaluate,
         name=name,
     )
-    return Simulation(record, scenario, initial_attitude(record), readings.gyro_bias + ramp)
+    return Simulation(record, scenario, initial_attitude(record), readings.gyro_bias + ramp, what)
 
 
 def truth(scenario: Scenario) -> Truth:

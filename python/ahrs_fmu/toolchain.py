@@ -83,7 +83,8 @@ def cache_folder() -> Path:
     return folder
 
 
-def _environment() -> dict[str, str]:
+def environment() -> dict[str, str]:
+    """Environment for the compiler: its cache is kept between builds."""
     zig = cache_folder() / "zig"
     return {"ZIG_GLOBAL_CACHE_DIR": str(zig), "ZIG_LOCAL_CACHE_DIR": str(zig), **os.environ}
 
@@ -131,40 +132,44 @@ def compile_library(
     if importlib.util.find_spec("ziglang") is None:
         raise BuildError("compiling needs the package ziglang: install ahrs-fmu[build]")
     output.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=output.parent) as scratch:
-        library = Path(scratch) / output.name
-        command = [
-            sys.executable,
-            "-m",
-            "ziglang",
-            "cc",
-            "-target",
-            TARGETS[platform],
-            "-shared",
-            "-s",
-            *FLAGS,
-        ]
-        if not platform.endswith("windows"):
-            command += ["-fPIC", *(["-fvisibility=hidden"] if hide_symbols else [])]
-        if platform.endswith("darwin"):
-            command += [f"-Wl,-install_name,@rpath/{output.name}"]
-        command += [f"-I{folder}" for folder in include]
-        command += [word for folder in system_include for word in ("-isystem", str(folder))]
-        command += [f"-D{name}" for name in define]
-        command += [str(source) for source in sources]
-        command += ["-o", str(library)]
-        if not platform.endswith("windows"):
-            command += ["-lm"]
-        done = subprocess.run(command, env=_environment(), capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            raise BuildError(f"compiling {output.name} for {platform} failed:\n{done.stderr.strip()}")
-        library.replace(output)
+    windows, darwin = platform.endswith("windows"), platform.endswith("darwin")
+    target = ["-target", TARGETS[platform]]
+    compiling = [
+        *target,
+        *FLAGS,
+        # Half of a Windows library is the runtime it carries along: there, all is built for size.
+        *(["-Os", "-fslp-vectorize"] if windows else ["-fPIC"]),
+        *(["-fvisibility=hidden"] if hide_symbols else []),
+    ]
+    compiling += [f"-I{folder.resolve()}" for folder in include]
+    compiling += [word for folder in system_include for word in ("-isystem", str(folder.resolve()))]
+    compiling += [f"-D{name}" for name in define]
+    linking = [*target, "-shared", "-s", *(["-Os"] if windows else ["-O2", "-lm"])]
+    linking += [f"-Wl,-install_name,@rpath/{output.name}"] if darwin else []
+    with tempfile.TemporaryDirectory(dir=output.parent) as name:
+        scratch = Path(name)
+        # For Windows the compiler takes one source at a time.
+        for group in [[source] for source in sources] if windows else [sources]:
+            _compiler(
+                scratch, output.name, platform, [*compiling, "-c", *(str(file.resolve()) for file in group)]
+            )
+        objects = sorted(path.name for path in scratch.iterdir())
+        _compiler(scratch, output.name, platform, [*linking, *objects, "-o", output.name])
+        (scratch / output.name).replace(output)
     return output
 
 
+def _compiler(folder: Path, what: str, platform: str, arguments: Sequence[str]) -> None:
+    """Run the compiler inside `folder`, so that no path of this machine gets into what it makes."""
+    command = [sys.executable, "-m", "ziglang", "cc", *arguments]
+    done = subprocess.run(command, cwd=folder, env=environment(), capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise BuildError(f"compiling {what} for {platform} failed:\n{done.stderr.strip()}")
+
+
 def fingerprint(files: Sequence[Path], *texts: str) -> str:
-    """Short hash of the contents of `files`, their names, the compiler flags and `texts`."""
-    digest = hashlib.sha256("\0".join([*FLAGS, *texts]).encode())
+    """Short hash of the contents of `files`, their names, how this module compiles, and `texts`."""
+    digest = hashlib.sha256(Path(__file__).read_bytes() + "\0".join(texts).encode())
     for file in sorted(files):
         digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()[:16]

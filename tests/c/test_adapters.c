@@ -62,7 +62,7 @@ void test_free(void *memory) {
 
 static struct {
     int lines, status;
-    char category[64], message[2048];
+    char category[64], message[FMU_WHY_SIZE];
 } last;
 
 static void keep(int status, const char *category, const char *message) {
@@ -83,7 +83,7 @@ static void log_3(fmi3InstanceEnvironment environment, fmi3Status status, fmi3St
     keep((int)status, category, message);
 }
 
-static bool refused(int status, const char *word) {
+static bool refused(int64_t status, const char *word) {
     return status == FMU_ERROR && last.status == FMU_ERROR && strcmp(last.category, "logStatusError") == 0 &&
            strstr(last.message, word) != NULL;
 }
@@ -112,6 +112,13 @@ static void test_close(void *process) {
     CHECK(((test_process *)process)->opened == 1);
     core_engine.close(process);
 }
+
+static void test_reset(void *process) {
+    ((test_process *)process)->ticks = 0;
+    core_engine.reset(process);
+}
+
+static const char *test_said(void *process) { return core_engine.said(process); }
 
 static bool test_start(void *process, const fmu_model *model, void *instance, fmu_why *why) {
     ((test_process *)process)->ticks = 0;
@@ -147,8 +154,8 @@ static bool test_restore(void *process, const void *bytes, size_t size, fmu_why 
     return passes(AT_RESTORE, why);
 }
 
-const fmu_engine fmu_the_engine = {sizeof(test_process), test_open, test_close,   test_start,
-                                   test_run,             test_outputs, test_save, test_restore};
+const fmu_engine fmu_the_engine = {sizeof(test_process), test_open, test_close,   test_reset,   test_start,
+                                   test_run,             test_outputs, test_save, test_restore, test_said};
 
 /* ---------------------------------------------------------------- helpers */
 
@@ -396,7 +403,7 @@ static void values_are_refused_by_name(void) {
     fmi3Instance c = create_3();
     const uint32_t kp = KP, frame = FRAME, valid = ACCEL_VALID, gyro = GYRO, q = Q, time = 0, period = SAMPLE_TIME;
     const uint32_t taus = MOTION_TIME_CONSTANT;
-    double real = NAN, three[3] = {1, 2, 3}, four[4];
+    double real = (double)NAN, three[3] = {1, 2, 3}, four[4];
     int64_t item = 1;
     bool flag = false;
     CHECK(refused(fmi3SetFloat64(c, &kp, 1, &real, 1), "kp = nan is outside [0, 1000]") ||
@@ -427,7 +434,7 @@ static void steps_are_refused_when_they_make_no_sense(void) {
     fmi2Component c = create_2();
     initialise(c);
     set_sensors(c, 0);
-    CHECK(refused(fmi2DoStep(c, NAN, 0.01, fmi2True), "finite"));
+    CHECK(refused(fmi2DoStep(c, (double)NAN, 0.01, fmi2True), "finite"));
     CHECK(refused(fmi2DoStep(c, 0, -0.01, fmi2True), "not negative"));
     CHECK(refused(fmi2DoStep(c, 0.1, 0.01, fmi2True), "the one before ended"));
     CHECK(refused(fmi2DoStep(c, 0, 2e9, fmi2True), "1e+09"));
@@ -498,7 +505,7 @@ static void categories_choose_what_is_logged(void) {
 
 /* Every setting of the filter over good and bad samples, for what the sanitizers and the coverage see. */
 static void all_settings_run(void) {
-    static const double TIMES[] = {1.0, INFINITY};
+    static const double TIMES[] = {1.0, (double)INFINITY};
     for (int setting = 0; setting < 4 * 2 * 2 * 2 * 2; setting++) {
         fmi2Component c = create_2();
         const unsigned enumerations[] = {REALISATION, FORM, COUPLING, FRAME, INITIALISATION, FIELD_REFERENCE};
@@ -523,7 +530,7 @@ static void all_settings_run(void) {
             set_sensors(c, 0.01 * k);
             if (k % 7 == 3) {
                 const unsigned spoilt = (unsigned)(k % 9) + 1;
-                const double bad[] = {NAN, INFINITY, 0.0, 1e300};
+                const double bad[] = {(double)NAN, (double)INFINITY, 0.0, 1e300};
                 CHECK(fmi2SetReal(c, &spoilt, 1, &bad[k % 4]) == fmi2OK);
             }
             if (k % 31 == 5) {

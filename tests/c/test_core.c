@@ -184,6 +184,47 @@ static void an_attitude_without_meaning_is_taken_anew(void) {
     CHECK(error(&f, truth) < AHRS_C(1e-5));
 }
 
+static void a_gyroscope_zero_is_learned_at_rest_and_not_in_motion(void) {
+    for (int moving = 0; moving < 2; moving++) {
+        filter f = fresh();
+        f.p.common.gyro_zero_samples = 50;
+        f.p.ki = 0;
+        sense(&f.u, (ahrs_quat){1, 0, 0, 0});
+        f.u.gyro[0] = AHRS_C(0.01);
+        update(&f, 0);
+        for (int k = 0; k < 300; k++) {
+            f.u.gyro[0] = AHRS_C(0.01) + (moving ? AHRS_C(0.3) * (ahrs_real)(k % 7 - 3) : 0);
+            update(&f, AHRS_C(0.01));
+        }
+        f.u.gyro[0] = AHRS_C(0.01);
+        update(&f, AHRS_C(0.01));
+        CHECK((ahrs_abs(f.y.common.rate[0]) < AHRS_C(1e-4)) == !moving);
+    }
+}
+
+static void a_smoothed_accelerometer_lets_slow_changes_through_and_holds_back_fast_ones(void) {
+    ahrs_real swing[2];
+    for (int smooth = 0; smooth < 2; smooth++) {
+        filter f = fresh();
+        f.p.common.accel_cutoff = smooth ? 2 : 0;
+        f.p.kp = 50;
+        f.p.ki = 0;
+        sense(&f.u, (ahrs_quat){1, 0, 0, 0});
+        update(&f, 0);
+        ahrs_real high = -1, low = 1;
+        for (int k = 0; k < 400; k++) {
+            f.u.accel[0] = AHRS_C(1.0) + (k % 2 ? AHRS_C(0.5) : AHRS_C(-0.5));
+            f.u.accel_valid = k != 100;
+            update(&f, AHRS_C(0.01));
+            high = k > 300 ? ahrs_max(high, f.y.common.pitch) : high;
+            low = k > 300 ? ahrs_min(low, f.y.common.pitch) : low;
+        }
+        CHECK(ahrs_abs(AHRS_C(0.5) * (high + low) - ahrs_atan2(1, AHRS_C(9.80665))) < AHRS_C(2e-3));
+        swing[smooth] = high - low;
+    }
+    CHECK(swing[1] < AHRS_C(0.05) * swing[0]);
+}
+
 void test_core(void) {
     elementary_functions_agree_with_the_library();
     elementary_functions_have_an_answer_where_there_is_none();
@@ -193,4 +234,6 @@ void test_core(void) {
     a_long_acceleration_passes_the_gate_for_its_time_only();
     a_step_that_is_none_is_flagged_and_skipped();
     an_attitude_without_meaning_is_taken_anew();
+    a_gyroscope_zero_is_learned_at_rest_and_not_in_motion();
+    a_smoothed_accelerometer_lets_slow_changes_through_and_holds_back_fast_ones();
 }

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from host import Instance, Library, Replay
 from numpy.typing import NDArray
 
 from ahrs_fmu.export.package import build_fmu
 from ahrs_fmu.export.variant import Fmi
 from ahrs_fmu.toolchain import compile_library, host_platform, suffix
-from host import Instance, Library, Replay
 
 VARIANTS: tuple[Fmi, ...] = ("2", "3", "3-scalar")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import zipfile
 from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
 from dataclasses import dataclass
@@ -65,6 +66,8 @@ class Library:
         name = platform if self.version == 3 else _PLATFORM_2[platform.rsplit("-", 1)[1]]
         self.binary = folder / "binaries" / name / f"{self.title}{suffix(platform)}"
         self.c = ctypes.CDLL(str(self.binary))
+        resources = folder.resolve() / "resources"
+        self.resources = resources.as_uri().encode() if self.version == 2 else f"{resources}{os.sep}".encode()
 
     @staticmethod
     def _group(rows: list[tuple[str, int, int, str]]) -> dict[str, Known]:
@@ -97,8 +100,18 @@ class Library:
 
 _REAL = ("Real", "Float64", c_double)
 _KINDS = {
-    2: {"Real": ("Real", c_double), "Integer": ("Integer", c_int), "Enumeration": ("Integer", c_int), "Boolean": ("Boolean", c_int)},
-    3: {"Float64": ("Float64", c_double), "Int32": ("Int32", c_int), "Enumeration": ("Int64", c_int64), "Boolean": ("Boolean", c_bool)},
+    2: {
+        "Real": ("Real", c_double),
+        "Integer": ("Integer", c_int),
+        "Enumeration": ("Integer", c_int),
+        "Boolean": ("Boolean", c_int),
+    },
+    3: {
+        "Float64": ("Float64", c_double),
+        "Int32": ("Int32", c_int),
+        "Enumeration": ("Int64", c_int64),
+        "Boolean": ("Boolean", c_bool),
+    },
 }
 
 
@@ -117,7 +130,7 @@ class Instance:
             create = self.c.fmi2Instantiate
             create.restype = c_void_p
             self.handle = create(
-                name.encode(), 1, token.encode(), b"", byref(callbacks), 0, int(logging)
+                name.encode(), 1, token.encode(), library.resources, byref(callbacks), 0, int(logging)
             )
             # An importer may free its structure at once: nothing may read it later.
             ctypes.memset(byref(callbacks), 0xAA, ctypes.sizeof(callbacks))
@@ -125,9 +138,33 @@ class Instance:
             self._logger3 = _LOG_3(self._log_3)
             create = self.c.fmi3InstantiateCoSimulation
             create.restype = c_void_p
-            create.argtypes = [c_char_p, c_char_p, c_char_p, c_bool, c_bool, c_bool, c_bool, c_void_p, c_size_t, c_void_p, _LOG_3, c_void_p]
+            create.argtypes = [
+                c_char_p,
+                c_char_p,
+                c_char_p,
+                c_bool,
+                c_bool,
+                c_bool,
+                c_bool,
+                c_void_p,
+                c_size_t,
+                c_void_p,
+                _LOG_3,
+                c_void_p,
+            ]
             self.handle = create(
-                name.encode(), token.encode(), b"", False, logging, False, False, None, 0, None, self._logger3, None
+                name.encode(),
+                token.encode(),
+                library.resources,
+                False,
+                logging,
+                False,
+                False,
+                None,
+                0,
+                None,
+                self._logger3,
+                None,
             )
         if not self.handle:
             raise ValueError(self.log)
@@ -200,7 +237,13 @@ class Instance:
         assert status == OK, self.log
         return np.array(list(data), dtype=np.float64)
 
-    def raw(self, function: str, references: list[int], values: ctypes.Array[object] | None, n_values: int | None = None) -> int:
+    def raw(
+        self,
+        function: str,
+        references: list[int],
+        values: ctypes.Array[object] | None,
+        n_values: int | None = None,
+    ) -> int:
         """Get or set with references and an array as they are."""
         array = (c_uint32 * len(references))(*references)
         extra = () if self.version == 2 else (c_size_t(len(references) if n_values is None else n_values),)
@@ -246,7 +289,9 @@ class Replay:
     def __init__(self, loop: ctypes.CDLL, instance: Instance) -> None:
         variables = instance.library.variables
         self._instance = instance
-        self._in = np.array([vr for name in ("gyro", "accel", "mag") for vr in variables[name].vrs], np.uint32)
+        self._in = np.array(
+            [vr for name in ("gyro", "accel", "mag") for vr in variables[name].vrs], np.uint32
+        )
         self._out = np.array(variables["q"].vrs, np.uint32)
         self._replay = loop.replay
         self._replay.restype = c_int64

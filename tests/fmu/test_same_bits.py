@@ -146,7 +146,9 @@ def test_a_reset_instance_is_a_fresh_one(library: Library, replay_of: ReplayOf, 
     np.testing.assert_array_equal(replay_of(used)(k * 0.01, 0.01, k + 1, rows), expected)
 
 
-def test_tunable_gains_take_effect_at_the_next_tick(library: Library, replay_of: ReplayOf, rows: Rows) -> None:
+def test_tunable_gains_take_effect_at_the_next_tick(
+    library: Library, replay_of: ReplayOf, rows: Rows
+) -> None:
     instance = begin(library, rows)
     replay = replay_of(instance)
     k = np.arange(200)

@@ -37,7 +37,14 @@ def test_truncated_extended_and_random_bytes_are_refused(running) -> None:
     data = running.serialise()
     rng = np.random.default_rng(3)
     wrong = [data[:n] for n in range(0, len(data), 7)]
-    wrong += [data + b"\0", data + data, b"", rng.bytes(len(data)), bytes(len(data)), data[:64] + rng.bytes(len(data) - 64)]
+    wrong += [
+        data + b"\0",
+        data + data,
+        b"",
+        rng.bytes(len(data)),
+        bytes(len(data)),
+        data[:64] + rng.bytes(len(data) - 64),
+    ]
     for bytes_ in wrong:
         status, state = running.deserialise(bytes_)
         assert status == ERROR

@@ -63,6 +63,18 @@ def test_a_restored_state_continues_with_the_same_bits() -> None:
     np.testing.assert_array_equal(replay(other, rest, ["q"], T)["q"], expected)
 
 
+def test_the_numpy_back_end_steps_like_the_c_code() -> None:
+    inputs, wanted = flight(40), ["q", "gyro_bias"]
+    stepper = CoreStepper(descriptors.load("gcf"), {"kp": 1.0}, back_end="numpy")
+    expected, found = replay(gcf(), inputs, wanted, T), replay(stepper, inputs, wanted, T)
+    for name in wanted:
+        np.testing.assert_allclose(found[name], expected[name], rtol=0, atol=1e-9)
+    saved = stepper.save()
+    first = replay(stepper, inputs, ["q"], T)["q"]
+    stepper.restore(saved)
+    np.testing.assert_array_equal(replay(stepper, inputs, ["q"], T)["q"], first)
+
+
 def test_reset_is_a_fresh_instance() -> None:
     inputs, stepper = flight(30), gcf()
     expected = replay(stepper, inputs, ["q"], T)["q"]

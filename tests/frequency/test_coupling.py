@@ -9,7 +9,7 @@ import pytest
 
 from ahrs_fmu import quaternion
 from ahrs_fmu.analysis.coupling import error_model, gains_on_axes, scalar_error
-from ahrs_fmu.analysis.design import Noise, SensorNoise, noise_of_samples, predict_attitude_rms, predict_rms
+from ahrs_fmu.analysis.design import SensorNoise, predict_attitude_rms, predict_rms
 from ahrs_fmu.analysis.theory import Gains, filter_of
 from ahrs_fmu.errors import DesignError
 
@@ -90,26 +90,27 @@ def test_noise_enters_the_error_as_its_derivative_says(kind: str) -> None:
 
 
 @pytest.mark.parametrize("gains", ORDERS)
-@pytest.mark.parametrize("motion", [None, 1.0])
-def test_one_axis_of_unit_gain_is_the_scalar_theory(gains: Gains, motion: float | None) -> None:
-    g_a, g_b = gains_on_axes(gains, T, scalar_error(), motion).respond(OMEGA)
-    expected = filter_of(gains, T, motion).respond(OMEGA)
+@pytest.mark.parametrize(("sample_time", "motion"), [(None, None), (T, None), (T, 1.0)])
+def test_one_axis_of_unit_gain_is_the_scalar_theory(
+    gains: Gains, sample_time: float | None, motion: float | None
+) -> None:
+    g_a, g_b = gains_on_axes(gains, sample_time, scalar_error(), motion).respond(OMEGA)
+    expected = filter_of(gains, sample_time, motion).respond(OMEGA)
     np.testing.assert_allclose(g_a[0, 0], expected[0], rtol=1e-7)
     np.testing.assert_allclose(g_b[0, 0], expected[1], rtol=1e-7)
 
 
 @pytest.mark.parametrize("gains", ORDERS)
-def test_axes_of_the_coupled_error_respond_like_filters_with_the_eigenvalue_as_gain(gains: Gains) -> None:
+@pytest.mark.parametrize("sample_time", [None, T])
+def test_axes_of_the_coupled_error_respond_like_filters_with_the_eigenvalue_as_gain(
+    gains: Gains, sample_time: float | None
+) -> None:
     error = error_model("coupled", DIP)
     values, vectors = np.linalg.eigh(error.gain)
-    g_a, g_b = gains_on_axes(gains, T, error).respond(OMEGA)
-    each = [filter_of(gains.scaled(float(v)), T).respond(OMEGA) for v in values]
-    np.testing.assert_allclose(
-        g_a, np.einsum("ik,kw,jk->ijw", vectors, [a for a, _ in each], vectors), atol=1e-7
-    )
-    np.testing.assert_allclose(
-        g_b, np.einsum("ik,kw,jk->ijw", vectors, [b for _, b in each], vectors), atol=1e-7
-    )
+    g_a, g_b = gains_on_axes(gains, sample_time, error).respond(OMEGA)
+    each = [filter_of(gains.scaled(float(v)), sample_time).respond(OMEGA) for v in values]
+    for found, modes in ((g_a, [a for a, _ in each]), (g_b, [b for _, b in each])):
+        np.testing.assert_allclose(found, np.einsum("ik,kw,jk->ijw", vectors, modes, vectors), atol=1e-7)
 
 
 def test_pitch_has_twice_the_gain_and_roll_and_heading_are_coupled() -> None:
@@ -132,12 +133,13 @@ def test_rotation_about_the_only_vector_follows_the_gyro_alone() -> None:
 
 
 @pytest.mark.parametrize("gains", [Gains(0.5, 0.1), Gains(1.0, 0.3, 0.05), Gains(1.56, 0.855)])
-def test_covariance_of_one_axis_is_the_scalar_prediction(gains: Gains) -> None:
-    noise = noise_of_samples(math.radians(0.05), math.radians(0.001), 0.01 / 9.8, T)
-    variance = gains_on_axes(gains, T, scalar_error()).covariance(
-        math.radians(0.05), math.radians(0.001), 0.01 / 9.8, 0.0
+@pytest.mark.parametrize("sample_time", [None, T])
+def test_covariance_of_one_axis_is_the_scalar_prediction(gains: Gains, sample_time: float | None) -> None:
+    noise = gc_static().tilt
+    variance = gains_on_axes(gains, sample_time, scalar_error()).covariance(
+        noise.gyro, noise.bias_walk, noise.angle, 0.0
     )
-    assert math.sqrt(variance[0, 0]) == pytest.approx(predict_rms(gains, noise, T).total, rel=1e-6)
+    assert math.sqrt(variance[0, 0]) == pytest.approx(predict_rms(gains, noise, sample_time).total, rel=1e-6)
 
 
 def test_heading_is_worse_than_its_own_formula_by_the_tilt_that_leaks_in() -> None:
@@ -160,4 +162,5 @@ def test_a_vertical_field_and_an_unknown_error_are_refused() -> None:
         error_model("decoupled", math.radians(90.0))
     with pytest.raises(DesignError, match="use decoupled, coupled or attitude"):
         error_model("euler", DIP)  # type: ignore[arg-type]
-    assert isinstance(gc_static().tilt, Noise)
+    with pytest.raises(DesignError, match="from sample to sample"):
+        gains_on_axes(Gains(0.5), None, scalar_error(), 1.0)

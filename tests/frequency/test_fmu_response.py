@@ -13,10 +13,10 @@ import pytest
 
 from ahrs_fmu.analysis import systems
 from ahrs_fmu.analysis.coupling import error_model, gains_on_axes
+from ahrs_fmu.analysis.linear_model import linearise
 from ahrs_fmu.analysis.measure import (
     OperatingPoint,
     deviation,
-    linearise,
     multisine,
     plan,
     shared_stepped_sine,

@@ -13,17 +13,17 @@ import pytest
 from ahrs_fmu import descriptors, quaternion
 from ahrs_fmu.analysis import systems
 from ahrs_fmu.analysis.coupling import error_model, gains_on_axes
+from ahrs_fmu.analysis.equivalent import equivalent
+from ahrs_fmu.analysis.linear_model import linearise
 from ahrs_fmu.analysis.measure import (
     OperatingPoint,
     deviation,
-    equivalent_gains,
-    linearise,
     multisine,
     plan,
     shared_stepped_sine,
     stepped_sine,
 )
-from ahrs_fmu.analysis.theory import Gains, filter_of
+from ahrs_fmu.analysis.theory import Gains, crossover, filter_of
 from ahrs_fmu.cosim import opening
 from ahrs_fmu.cosim.core import CoreStepper
 from ahrs_fmu.cosim.stepper import Port
@@ -83,6 +83,17 @@ def test_every_order_axis_and_realisation_has_the_response_of_the_theory(
     expected = filter_of(gains, T)
     response = stepped_sine(gcf(gains, {"realisation": realisation}), plan(path, OMEGA, expected), T, axis)
     decibels, degrees = worst(response.main, expected.respond(OMEGA)[path == "rate"])
+    assert decibels < 0.01
+    assert degrees < 0.05
+
+
+@pytest.mark.slow
+def test_the_numpy_class_has_the_response_of_the_theory() -> None:
+    expected = filter_of(SECOND, T)
+    numpy_class = CoreStepper(descriptors.load("gcf"), parameters_of(SECOND), back_end="numpy")
+    schedule = plan("angle", [2.0, 10.0], expected, settle=30.0)
+    response = stepped_sine(numpy_class, schedule, T, 1)
+    decibels, degrees = worst(response.main, expected.respond(schedule.omega)[0])
     assert decibels < 0.01
     assert degrees < 0.05
 
@@ -174,9 +185,13 @@ def test_workers_share_the_frequencies_and_give_the_same_numbers() -> None:
 def test_equivalent_gains_of_the_filter_are_its_own(gains: Gains) -> None:
     for path in ("angle", "rate"):
         response = multisine(gcf(gains), plan(path, FEW, filter_of(gains, T), math.radians(1.0)), T, 2)
-        found = equivalent_gains(response, T, gains.order)
-        assert found.kp == pytest.approx(gains.kp, rel=1e-3)
-        assert found.ki == pytest.approx(gains.ki, rel=1e-3)
+        nearest = equivalent(response, T)
+        assert nearest.gains.order == gains.order
+        assert nearest.gains.kp == pytest.approx(gains.kp, rel=1e-3)
+        assert nearest.gains.ki == pytest.approx(gains.ki, rel=1e-3)
+        assert nearest.lag is None
+        assert nearest.mismatch_db < 0.02
+        assert nearest.crossover == pytest.approx(crossover(filter_of(gains, T)), rel=1e-3)
 
 
 @pytest.mark.parametrize("gains", [FIRST, SECOND, THIRD])

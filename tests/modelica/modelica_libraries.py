@@ -99,6 +99,8 @@ def parsed() -> tuple[Any, tuple[ModelicaClass, ...]]:
             tree = part
         else:
             tree.extend(part)
+    # A class of the language that pymoca parses but does not bring.
+    tree.extend(pymoca_parser.parse("partial class ExternalObject end ExternalObject;"))
     return tree, tuple(classes)
 
 

@@ -45,7 +45,7 @@ def complete_models() -> list[ModelicaClass]:
 
 
 def self_contained() -> list[ModelicaClass]:
-    """Models without a call to C, which neither compiler follows."""
+    """Models without a call to C, which rumoca does not follow."""
     return [c for c in complete_models() if c.library != "AHRSExternal"]
 
 
@@ -119,7 +119,7 @@ def test_links_in_the_documentation_lead_somewhere() -> None:
     assert links - known == set()
 
 
-@pytest.mark.parametrize("c", self_contained(), ids=lambda c: c.name)
+@pytest.mark.parametrize("c", complete_models(), ids=lambda c: c.name)
 def test_pymoca_flattens_every_model(c: ModelicaClass) -> None:
     flat = pymoca_tree.flatten(parsed()[0], pymoca_ast.ComponentRef.from_string(c.name))
     assert flat.classes[c.name].equations

@@ -1,4 +1,4 @@
-"""The GCF on the source's experiments (docs/algorithms.md section 8), root mean square errors over ten seeds."""
+"""The GCF on the source's experiments (docs/algorithms.md section 8): RMS errors over ten seeds."""
 
 from __future__ import annotations
 
@@ -73,8 +73,8 @@ def test_errors_are_those_of_an_independent_implementation(
 def test_slowly_observed_tilt_wanders_as_in_an_independent_implementation(
     name: str, expected: tuple[float, ...]
 ) -> None:
-    # The error follows the random walk of the gyroscope bias: seeds differ ninefold, and the expected values are
-    # a mean of two, which drifted by 2.62 deg in pitch without any correction where the average is 2.0.
+    # The error follows the random walk of the gyroscope bias: seeds differ ninefold, and the expected values
+    # are a mean of two, which drifted by 2.62 deg in pitch without any correction where the average is 2.0.
     each = rms(name, DECOUPLED | LEAKY)
     spread = each.std(axis=0, ddof=1) * math.sqrt(1 / 2 + 1 / len(each))
     assert np.all(np.abs(each.mean(axis=0) - expected) <= 3 * spread)

@@ -13,10 +13,28 @@ import pytest
 from ahrs_fmu import Frame, Record, models
 
 HASHES = {
+    ("adaptive_ckf", "double"): "5f763d47641dfe71",
+    ("adaptive_ckf", "single"): "e3663c232fc88dda",
+    ("cg_ekf", "double"): "a95d5a9776de0e33",
+    ("cg_ekf", "single"): "9cda0da480d46be1",
+    ("complementary", "double"): "dd0c49a6286e4ef9",
+    ("complementary", "single"): "c7c6cba8a46187c8",
     ("gcf", "double"): "a6c6ddce9032fcd6",
     ("gcf", "single"): "664884fff44cec87",
+    ("improved_ekf", "double"): "b1dafcb19379ec3b",
+    ("improved_ekf", "single"): "e87b4d9b7e2c58fa",
     ("kcf", "double"): "e4f037b0325a5031",
     ("kcf", "single"): "511385a3008767cb",
+    ("mahony", "double"): "ca93075526fa6eda",
+    ("mahony", "single"): "4137ee76c7da0691",
+    ("mahony_ekf", "double"): "e686accdd22ff5f5",
+    ("mahony_ekf", "single"): "b4ece57a5f53d088",
+    ("mekf", "double"): "15c19ee14d2c0384",
+    ("mekf", "single"): "78245368e8a902ef",
+    ("strapdown", "double"): "a7bbcbad30879270",
+    ("strapdown", "single"): "9dde35e1c54d5e21",
+    ("ukf", "double"): "a6754e2c1be2aa0f",
+    ("ukf", "single"): "a15954d61d06a1ec",
 }
 
 

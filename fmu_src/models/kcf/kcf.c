@@ -19,6 +19,10 @@ enum { MAG_FRESH = 16, SEEN_FORCE = 32, SEEN_MAG = 64, REALIGN = 128, FIRST_KEPT
 
 enum { QUESTION_NEW, QUESTION_OPEN, QUESTION_ANSWERED };
 
+/* What has become of the field: it is as it was; it does not fit, for a reason that turning will show; it is another
+ * one, not known yet; it is another one, and known. */
+enum { FIELD_CALM, FIELD_SUSPECT, FIELD_STRANGE, FIELD_OTHER };
+
 /* The parts of the slow step. */
 enum { PHASE_COUPLE, PHASE_GYRO_X, PHASE_GYRO_Y, PHASE_GYRO_Z, PHASE_FIELD, PHASE_MAG_X, PHASE_MAG_Y, PHASE_MAG_Z,
        PHASE_ALTERNATIVE, PHASE_APPLY, PHASE_EVIDENCE, PHASES };
@@ -27,7 +31,9 @@ static const ahrs_real SQRT2 = AHRS_C(1.41421356237309504880);
 static const ahrs_real HAND_TIME = AHRS_C(3.5), MULTIROTOR_TIME = AHRS_C(10.0); /* s */
 static const ahrs_real BIAS_GROWTH = AHRS_C(0.0017453292519943296);             /* rad/s, in bias_forget_time */
 
-static const ahrs_real REST_TIME = AHRS_C(1.5), REST_FILTER_TIME = AHRS_C(0.5); /* s */
+/* Just below 1.5 s and 0.5 s, so that a whole number of samples counts alike in both precisions. */
+static const ahrs_real REST_TIME = AHRS_C(1.4999), REST_START_TIME = AHRS_C(0.4999);
+static const ahrs_real REST_FILTER_TIME = AHRS_C(0.5); /* s */
 static const ahrs_real REST_GYRO = AHRS_C(0.03490658503988659);                 /* rad/s */
 static const ahrs_real REST_ACCEL = AHRS_C(0.5);                                /* m/s2 */
 
@@ -36,9 +42,12 @@ static const ahrs_real IRON_MAX = AHRS_C(10.0), SCALE_MAX = AHRS_C(0.2), LATENCY
 static const ahrs_real SENSE_POWER = AHRS_C(0.5), SENSE_OPPOSED = AHRS_C(0.3), SENSE_GRAVITY = AHRS_C(0.85);
 static const ahrs_real LAG_MAX = AHRS_C(0.3); /* rad */
 static const ahrs_real MISFIT_MAX = AHRS_C(1e4);
+/* Views of the field after which a misfit is no hard iron, and after which a field without misfit is known. */
+static const ahrs_real VIEWS_REFUTE = AHRS_C(6.0), VIEWS_PROVE = AHRS_C(2.0);
+static const ahrs_real OLD_FIELD_TIME = AHRS_C(2.0), OLD_FIELD_FITS = AHRS_C(1.5); /* s, mean squared misfit */
 static const ahrs_real MAG_TIME_MAX = AHRS_C(0.2); /* s: rarer samples count as single ones */
 
-/* Learning rate of the uncalibrated hypothesis: independent views of the field per second, at rest and per radian. */
+/* Independent views of the field: per second at rest, one per angle in motion, at most so many per second. */
 static const ahrs_real VIEWS_AT_REST = AHRS_C(0.02), VIEW_ANGLE = AHRS_C(0.5), VIEWS_MAX = AHRS_C(1.0);
 static const ahrs_real LOST = AHRS_C(0.03); /* rad2: an attitude less certain than 10 deg begins anew */
 static const ahrs_real TURNED = AHRS_C(6e-4); /* squared difference of rotation matrices: 1 deg */
@@ -205,7 +214,7 @@ static void detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
     }
     const ahrs_real in[6] = {z->rate.x, z->rate.y, z->rate.z, z->force.x, z->force.y, z->force.z};
     ahrs_real deviation[6];
-    const bool starting = s->rest_age < REST_FILTER_TIME;
+    const bool starting = s->rest_age < REST_START_TIME;
     if (starting) {
         s->rest_age += z->dt;
         s->rest_count += 1;
@@ -214,7 +223,7 @@ static void detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
             const ahrs_real mean = s->rest_two[i] / s->rest_count;
             deviation[i] = in[i] - mean;
             s->rest_one[i] = 0;
-            if (!(s->rest_age < REST_FILTER_TIME)) {
+            if (!(s->rest_age < REST_START_TIME)) {
                 s->rest_two[i] = mean;
             }
         }
@@ -539,6 +548,92 @@ static void align(ahrs_real *field, ahrs_vec3 seen) {
     }
 }
 
+/* Makes three states independent of all others, with a variance of their own. */
+static void make_independent(ahrs_kcf_state *s, int first, ahrs_real variance) {
+    for (int i = first; i < first + 3; i++) {
+        for (int j = 0; j < N; j++) {
+            *entry(s->cov, i, j) = 0;
+        }
+        row(s->cov, i)[i] = variance;
+    }
+}
+
+/* Takes field and hard iron from before a change, or the field that is seen. */
+static void renew_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 field, ahrs_real variance, int32_t change) {
+    ahrs_vec3_to(s->x + FIELD, field);
+    memcpy(s->x + IRON, s->calm_iron, sizeof s->calm_iron);
+    make_independent(s, FIELD, variance);
+    make_independent(s, IRON, square(p->hard_iron_std));
+    s->misfit = 1;
+    s->excess = 0;
+    s->old_misfit = MISFIT_MAX;
+    s->change_views = 0;
+    s->fit_views = 0;
+    s->change = change;
+}
+
+/* Angle, as cosine and sine, from the other field to where the old one would be. */
+static void note_north(ahrs_kcf_state *s) {
+    const ahrs_real *a = s->x + FIELD, *b = s->calm_field;
+    const ahrs_real scale = 1 / ahrs_sqrt((a[0] * a[0] + a[1] * a[1]) * (b[0] * b[0] + b[1] * b[1]));
+    s->north_angle[0] = scale * (a[0] * b[0] + a[1] * b[1]);
+    s->north_angle[1] = scale * (a[0] * b[1] - a[1] * b[0]);
+}
+
+/* The old field, at that angle from the other one as it is known now. */
+static void follow_north(ahrs_kcf_state *s) {
+    const ahrs_real *a = s->x + FIELD, *turn = s->north_angle;
+    const ahrs_vec3 seen = {turn[0] * a[0] - turn[1] * a[1], turn[1] * a[0] + turn[0] * a[1], 0};
+    align(s->calm_field, seen);
+}
+
+/* Whether the old field is back. */
+static bool is_back(ahrs_kcf_state *s, const ahrs_mat3 *R, ahrs_real expected) {
+    const ahrs_vec3 off = ahrs_vec3_sub(level_field(s, R, ahrs_vec3_of(s->calm_iron)), ahrs_vec3_of(s->calm_field));
+    const ahrs_real ratio = ahrs_min(ahrs_vec3_norm2(off) / (3 * expected), MISFIT_MAX);
+    const ahrs_real weight = s->old_misfit < MISFIT_MAX ? ahrs_min(s->job_mag_time / OLD_FIELD_TIME, 1) : 1;
+    s->old_misfit += weight * (ratio - s->old_misfit);
+    return s->old_misfit < OLD_FIELD_FITS;
+}
+
+/* Whether the hard iron is as certain as a calibration would leave it. */
+static bool knows_iron(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    const ahrs_real limit = square(p->hard_iron_std);
+    return row_of(s->cov, 3)[3] < limit && row_of(s->cov, 4)[4] < limit && row_of(s->cov, 5)[5] < limit;
+}
+
+/* Tells a change of the field from one of the hard iron. What has fitted through enough views is trusted: turning makes a hard iron fit, and never a field. Until the
+ * old field is back, north is kept by the gyroscope, and by the other field once that is known. */
+static void judge_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_mat3 *R, ahrs_real expected) {
+    const bool misfit = s->misfit > p->jump_threshold, fits = s->misfit < AHRS_C(0.5) * p->jump_threshold;
+    const ahrs_real views = s->job_mag_time * ahrs_min(VIEWS_MAX, ahrs_sqrt(s->job_rate2) / VIEW_ANGLE);
+    s->change_views += misfit ? views : 0;
+    s->fit_views = fits ? s->fit_views + views : 0;
+    if (s->change == FIELD_CALM && !misfit) {
+        s->iron_known = knows_iron(s, p) && (s->iron_known || s->fit_views > VIEWS_REFUTE);
+    }
+    if (s->question == QUESTION_OPEN || !p->refine || (s->change == FIELD_CALM && !(misfit && s->iron_known))) {
+        memcpy(s->calm_field, s->x + FIELD, sizeof s->calm_field);
+        memcpy(s->calm_iron, s->x + IRON, sizeof s->calm_iron);
+        s->change_views = 0;
+        s->change = FIELD_CALM;
+    } else if (s->change <= FIELD_SUSPECT) {
+        s->change = s->fit_views > VIEWS_PROVE ? FIELD_CALM : FIELD_SUSPECT;
+        if (s->change_views > VIEWS_REFUTE) {
+            renew_field(s, p, level_field(s, R, ahrs_vec3_of(s->calm_iron)), 1, FIELD_STRANGE);
+        }
+    } else if (is_back(s, R, expected)) {
+        renew_field(s, p, ahrs_vec3_of(s->calm_field), square(p->mag_noise), FIELD_CALM);
+    } else if (misfit) {
+        s->change = FIELD_STRANGE;
+    } else if (s->change == FIELD_OTHER) {
+        follow_north(s);
+    } else if (s->fit_views > VIEWS_PROVE) {
+        note_north(s);
+        s->change = FIELD_OTHER;
+    }
+}
+
 /* Innovation of the magnetometer, its noise, and how far field and hard iron may have changed with it. */
 static void expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real T = s->job_mag_time;
@@ -551,12 +646,14 @@ static void expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         align(s->x, field);
         align(s->alt_x, level_field(s, &R, ahrs_vec3_of(s->alt_x + IRON)));
         s->job &= ~REALIGN;
+        s->change = FIELD_CALM;
     }
-    const ahrs_vec3 nu = ahrs_vec3_sub(field, ahrs_vec3_of(s->x + FIELD));
-    ahrs_vec3_to(s->job_nu, nu);
     const ahrs_real rate2 = ahrs_vec3_norm2(ahrs_vec3_of(s->job_rate));
     const ahrs_real expected = square(p->mag_noise) + square(p->mag_rate_noise) * rate2 +
                                square(p->mag_tilt_noise) * ahrs_exp_decay(s->tilt_age / tau_accel(p));
+    judge_field(s, p, &R, expected);
+    const ahrs_vec3 nu = ahrs_vec3_sub(level_field(s, &R, iron(s)), ahrs_vec3_of(s->x + FIELD));
+    ahrs_vec3_to(s->job_nu, nu);
     const ahrs_real misfit2 = ahrs_vec3_norm2(nu) / 3, ratio = misfit2 / expected;
     const ahrs_real excess = excess_of(p, &s->misfit, ratio, expected, T);
     s->job_noise[0] = expected;
@@ -743,8 +840,9 @@ static void find_north(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     /* Before the body has turned, the hypotheses differ in nothing but the noise of their first samples. */
     const bool same = p->refine && rotation_difference(s->job_q, s->alt_q) < TURNED;
     const ahrs_real other = s->question == QUESTION_OPEN && !same ? s->alt_probability : 0;
-    const ahrs_real x = (1 - other) * s->x[0] + other * s->alt_x[0];
-    const ahrs_real y = (1 - other) * s->x[1] + other * s->alt_x[1];
+    const ahrs_real *field = s->change >= FIELD_STRANGE ? s->calm_field : s->x;
+    const ahrs_real x = (1 - other) * field[0] + other * s->alt_x[0];
+    const ahrs_real y = (1 - other) * field[1] + other * s->alt_x[1];
     const ahrs_real norm = ahrs_sqrt(x * x + y * y);
     if (!(norm > 0)) {
         return;
@@ -877,17 +975,22 @@ static void turn_heading(ahrs_kcf_state *s) {
     }
 }
 
+static bool disturbed(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    return s->misfit > p->jump_threshold || s->change >= FIELD_STRANGE;
+}
+
 static void step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z, ahrs_real turn_time) {
     integrate(s, p, z, turn_time);
     detect_rest(s, z);
-    const ahrs_real half_step = AHRS_C(0.5) * z->dt;
+    /* Half a sample, and not quite, so that both precisions round a slow period alike. */
+    const ahrs_real half_step = AHRS_C(0.499) * z->dt;
     if (s->block_time + half_step >= p->slow_period) {
         run_phases(s, p, PHASES);
         begin_slow_step(s, p, z);
     }
     const ahrs_real done = (s->block_time + half_step) / p->slow_period;
     run_phases(s, p, p->spread ? (int32_t)((ahrs_real)PHASES * done) : PHASES);
-    ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, s->misfit > p->jump_threshold);
+    ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, disturbed(s, p));
     ahrs_set_condition(&s->common, AHRS_IMPLAUSIBLE, implausible(s, p));
 }
 
@@ -949,6 +1052,6 @@ void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_kc
     y->disturbance = s->misfit;
     y->uncalibrated = s->alt_probability;
     y->at_rest = at_rest(s);
-    y->mag_disturbed = s->misfit > p->jump_threshold;
+    y->mag_disturbed = disturbed(s, p);
     y->implausible = implausible(s, p);
 }

@@ -26,8 +26,8 @@ equation
   imu.q = Functions.fromEuler({roll, 0, yaw});
   imu.rate = Functions.bodyRate({roll, 0, yaw}, {roll_rate, 0, yaw_rate});
   imu.specific_force = Functions.rotateBack(imu.q, {-speed*yaw_rate*sin(yaw), speed*yaw_rate*cos(yaw), -gravity});
-  connect(imu.imu, slow.imu);
-  connect(imu.imu, fast.imu);
+  connect(imu.imu, slow.imu) annotation(Line(points = {{3, 0}, {20, 0}, {20, 40}, {36, 40}}, color = {200, 90, 0}));
+  connect(imu.imu, fast.imu) annotation(Line(points = {{3, 0}, {20, 0}, {20, -40}, {36, -40}}, color = {200, 90, 0}));
   slow_error = slow.euler[1] - roll;
   fast_error = fast.euler[1] - roll;
   annotation(experiment(StopTime = 30, Interval = 0.02, Tolerance = 1e-8),

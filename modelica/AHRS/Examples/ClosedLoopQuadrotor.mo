@@ -20,16 +20,16 @@ equation
   controller.angular_acceleration_ref = zeros(3);
   controller.thrust = quadrotor.mass*quadrotor.gravity/(cos(reference[1])*cos(reference[2]));
   quadrotor.wind = zeros(3);
-  connect(controller.rotor_speed_command, quadrotor.rotor_speed_command);
-  connect(quadrotor.q, imu.q);
-  connect(quadrotor.rate, imu.rate);
-  connect(quadrotor.specific_force, imu.specific_force);
-  connect(imu.imu, filter.imu);
-  connect(filter.q, controller.q);
-  connect(filter.rate, controller.rate);
+  connect(controller.rotor_speed_command, quadrotor.rotor_speed_command) annotation(Line(points = {{-18, 0}, {-12, 0}, {-12, 10}, {-4, 10}}, color = {0, 0, 127}));
+  connect(quadrotor.q, imu.q) annotation(Line(points = {{42, 17}, {48, 17}, {48, 16}, {56, 16}}, color = {0, 0, 127}));
+  connect(quadrotor.rate, imu.rate) annotation(Line(points = {{42, 11}, {51, 11}, {51, 0}, {56, 0}}, color = {0, 0, 127}));
+  connect(quadrotor.specific_force, imu.specific_force) annotation(Line(points = {{42, 5}, {46, 5}, {46, -16}, {56, -16}}, color = {0, 0, 127}));
+  connect(imu.imu, filter.imu) annotation(Line(points = {{103, 0}, {112, 0}, {112, -50}, {-132, -50}, {-132, 0}, {-124, 0}}, color = {200, 90, 0}));
+  connect(filter.q, controller.q) annotation(Line(points = {{-78, 12}, {-70, 12}, {-70, -11}, {-64, -11}}, color = {0, 0, 127}));
+  connect(filter.rate, controller.rate) annotation(Line(points = {{-78, 0}, {-74, 0}, {-74, -18}, {-64, -18}}, color = {0, 0, 127}));
   euler = Functions.toEuler(quadrotor.q);
   estimation_error = Functions.toRotationVector(Functions.multiply(Functions.conjugate(filter.q), quadrotor.q));
-  annotation(experiment(StopTime = 10, Interval = 0.004, Tolerance = 1e-10),
+  annotation(Diagram(coordinateSystem(extent = {{-140, -100}, {120, 100}})), experiment(StopTime = 10, Interval = 0.004, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Plant, IMU, filter and controller in a ring. Plot <code>reference</code> against <code>euler</code>, and <code>estimation_error</code>. Set <code>sensor_errors</code>, or replace
 <code>filter</code>, and see what the vehicle makes of it.</p>

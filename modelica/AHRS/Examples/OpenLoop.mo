@@ -10,10 +10,10 @@ model OpenLoop "Rotor speeds that nobody corrects, and a filter that watches"
 equation
   quadrotor.rotor_speed_command = fill(hover, 4) + 0.8*cos(3*time)*{-1, 1, 1, -1} + 0.5*cos(2*time)*{1, -1, 1, -1} + 2*cos(time)*{1, 1, -1, -1};
   quadrotor.wind = zeros(3);
-  connect(quadrotor.q, imu.q);
-  connect(quadrotor.rate, imu.rate);
-  connect(quadrotor.specific_force, imu.specific_force);
-  connect(imu.imu, filter.imu);
+  connect(quadrotor.q, imu.q) annotation(Line(points = {{-18, 17}, {-11, 17}, {-11, 16}, {-4, 16}}, color = {0, 0, 127}));
+  connect(quadrotor.rate, imu.rate) annotation(Line(points = {{-18, 11}, {-9, 11}, {-9, 0}, {-4, 0}}, color = {0, 0, 127}));
+  connect(quadrotor.specific_force, imu.specific_force) annotation(Line(points = {{-18, 5}, {-14, 5}, {-14, -16}, {-4, -16}}, color = {0, 0, 127}));
+  connect(imu.imu, filter.imu) annotation(Line(points = {{43, 0}, {56, 0}}, color = {200, 90, 0}));
   euler = Functions.toEuler(quadrotor.q);
   error = sqrt(Functions.toRotationVector(Functions.multiply(Functions.conjugate(filter.q), quadrotor.q))*Functions.toRotationVector(Functions.multiply(Functions.conjugate(filter.q), quadrotor.q)));
   annotation(experiment(StopTime = 4, Interval = 0.01, Tolerance = 1e-8),

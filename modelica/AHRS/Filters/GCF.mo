@@ -1,18 +1,13 @@
 within AHRS.Filters;
 block GCF "Sampled complementary filter, quaternion form, decoupled error"
-  extends Interfaces.Estimator(q(start = {1, 0, 0, 0}, each fixed = true), rate(each start = 0, each fixed = true), gyro_bias(each start = 0, each fixed = true));
+  extends SampledFilter;
   parameter Types.Time sample_time = Parameters.GCF.sample_time "Sampling interval";
   parameter Types.Frequency kp = Parameters.GCF.kp "Proportional gain";
   parameter Types.SquaredFrequency ki = Parameters.GCF.ki "Integral gain; zero gives the first order";
   parameter Types.CubedFrequency kii = Parameters.GCF.kii "Gain of the double integral; zero gives the second order";
   parameter Types.AngularVelocity bias_limit = Parameters.GCF.bias_limit "Largest bias that is learned, per axis";
 protected
-  discrete Real predicted[4](start = {1, 0, 0, 0}, each fixed = true) "Attitude carried forward by the gyroscope";
-  discrete Real error[3](each start = 0, each fixed = true) "Rotation from the predicted to the measured attitude, body axes";
   discrete Real bias_rate[3](each start = 0, each fixed = true) "Second integral";
-  discrete Real before[4](start = {1, 0, 0, 0}, each fixed = true) "Attitude before the prediction";
-  Boolean started(start = false, fixed = true) "There is an attitude";
-  Boolean aligned(start = false, fixed = true) "There is a heading";
 equation
   when sample(sample_time, sample_time) then
     started = pre(started) or imu.accel_valid;
@@ -27,9 +22,7 @@ equation
     q = Functions.continued(Functions.normalise(Functions.multiply(predicted, Functions.fromRotationVector(sample_time*kp*error))), pre(q));
     rate = imu.gyro - gyro_bias;
   end when;
-  annotation(
-    Icon(graphics = {Line(points = {{40, -85}, {40, -78}, {55, -78}, {55, -85}, {70, -85}, {70, -78}, {85, -78}}, color = {80, 80, 80})}),
-    Documentation(info = "<html>
+  annotation(Documentation(info = "<html>
 <p>One tick, in this order:</p>
 <pre>
 q^- = q * exp((gyro - b) T)                 predict
@@ -38,7 +31,6 @@ c  := c + T KII e
 b  := limit(b - T (KI e + c))               bias
 q   = q^- * exp(KP T e)                     correct
 </pre>
-<p>The first usable samples give the first attitude. The same filter as the FMU <code>gcf</code> with its default options; the FMU also refuses samples that cannot be (free fall,
-a field along gravity, not a number).</p>
+<p>The same filter as the FMU <code>gcf</code> with its default options; the FMU also refuses samples that cannot be (free fall, a field along gravity, not a number).</p>
 </html>"));
 end GCF;

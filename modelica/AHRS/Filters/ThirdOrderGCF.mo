@@ -7,7 +7,9 @@ block ThirdOrderGCF "Continuous complementary filter, H(s) = KP + KI/s + KII/s^2
 equation
   der(gyro_bias) = -(ki*error + bias_rate);
   der(bias_rate) = kii*error;
-  annotation(Documentation(info = "<html><pre>
+  annotation(
+    Icon(graphics = {Text(extent = {{50, -20}, {90, -60}}, textColor = {80, 80, 80}, textString = "3")}),
+    Documentation(info = "<html><pre>
 b' = -(KI e + c)
 c' = KII e
 </pre><p>Stable if <code>KP KI &gt; KII &gt; 0</code>. Follows a bias that grows steadily without error.</p></html>"));

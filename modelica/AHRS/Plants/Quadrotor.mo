@@ -44,7 +44,7 @@ equation
   air_velocity = Functions.rotateBack(body.q, body.velocity - wind);
   momentum = {0, 0, sum(rotor[i].momentum for i in 1:4)};
   for i in 1:4 loop
-    connect(rotor_speed_command[i], rotor[i].command);
+    connect(rotor_speed_command[i], rotor[i].command) annotation(Line(points = {{-120, 50}, {-80, 50}, {-80, 16}, {-64, 16}}, color = {0, 0, 127}));
     rotor[i].air_velocity = air_velocity;
     rotor[i].rate = body.rate;
     rotor_speed[i] = rotor[i].speed;
@@ -52,10 +52,10 @@ equation
   body.force = {sum(rotor[i].force[j] for i in 1:4) for j in 1:3} - 0.5*air_density*sqrt(air_velocity*air_velocity)*(drag_area .* air_velocity);
   body.torque = {sum(rotor[i].torque[j] for i in 1:4) for j in 1:3} - cross(body.rate, momentum);
   specific_force = body.force/mass + cross(body.angular_acceleration, imu_position) + cross(body.rate, cross(body.rate, imu_position));
-  connect(body.q, q);
-  connect(body.rate, rate);
-  connect(body.velocity, velocity);
-  connect(body.position, position);
+  connect(body.q, q) annotation(Line(points = {{62, 0}, {88, 0}, {88, 85}, {110, 85}}, color = {0, 0, 127}));
+  connect(body.rate, rate) annotation(Line(points = {{62, -8}, {94, -8}, {94, 55}, {110, 55}}, color = {0, 0, 127}));
+  connect(body.velocity, velocity) annotation(Line(points = {{62, 8}, {76, 8}, {76, -25}, {110, -25}}, color = {0, 0, 127}));
+  connect(body.position, position) annotation(Line(points = {{62, 16}, {70, 16}, {70, -55}, {110, -55}}, color = {0, 0, 127}));
   annotation(
     Icon(graphics = {
       Line(points = {{-50, 50}, {50, -50}}, color = {80, 80, 80}, thickness = 1.0),

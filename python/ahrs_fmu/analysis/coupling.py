@@ -111,13 +111,14 @@ def error_model(
 
 @dataclass(frozen=True, slots=True)
 class CoupledFilter:
-    """A sampled filter on n axes, made by `coupled_filter`."""
+    """A filter on n axes, made by `coupled_filter`."""
 
     system: StateSpace
     """From the attitude of the sensors, the gyro rate (rad/s), and the noise of both, each of n axes,
     to the estimated attitude (n axes)."""
     axes: int
-    sample_time: float
+    sample_time: float | None
+    """Seconds, or None in continuous time."""
     learnt_bias: Array | None
     """The state (states, n) in which the filter has learnt a gyro bias of 1 rad/s about each axis;
     None if its law has no integrator to learn with."""
@@ -130,27 +131,27 @@ class CoupledFilter:
         s = 1j * np.asarray(omega, dtype=np.float64)
         values = systems.response(self.system, omega)
         n, T = self.axes, self.sample_time
-        angle_per_rate = T * np.exp(s * T) / np.expm1(s * T)
+        angle_per_rate = 1.0 / s if T is None else T * np.exp(s * T) / np.expm1(s * T)
         return values[:, :n], values[:, n : 2 * n] / angle_per_rate
 
     @property
     def poles(self) -> ComplexArray:
-        """Poles in the z plane."""
+        """Poles in the s or z plane."""
         return systems.poles(self.system)
 
-    def covariance(self, gyro: float, bias_step: float, accel: float, mag: float) -> Array:
-        """Return the steady covariance (n, n) of the estimate in rad^2 for white noise in every sample.
+    def covariance(self, gyro: float, bias_walk: float, accel: float, mag: float) -> Array:
+        """Return the steady covariance (n, n) of the estimate in rad^2 for white noise of every sensor.
 
         Parameters
         ----------
         gyro : float
-            Standard deviation of a gyro sample, rad/s.
-        bias_step : float
-            Standard deviation of the gyro bias's increment from sample to sample, rad/s.
+            Density of the gyro noise, rad/s/rtHz.
+        bias_walk : float
+            Density of the gyro bias's random walk, rad/s^2/rtHz.
         accel : float
-            Standard deviation of an accelerometer sample, m/s^2; rad for a scalar error.
+            Density of the accelerometer noise, m/s^2/rtHz; rad/rtHz for a scalar error.
         mag : float
-            Standard deviation of a magnetometer sample relative to the field's magnitude.
+            Density of the magnetometer noise relative to the field's magnitude, 1/rtHz.
 
         Returns
         -------
@@ -158,20 +159,23 @@ class CoupledFilter:
             Infinite throughout when a random walk accumulates in any axis.
         """
         a, b, c, d = systems.matrices(self.system)
-        n = self.axes
-        accumulates = np.max(np.abs(self.poles)) > 1.0 - 1e-9 or (bias_step and self.learnt_bias is None)
-        if accumulates:
+        n, T = self.axes, self.sample_time
+        reach = np.max(self.poles.real) if T is None else np.max(np.abs(self.poles)) - 1.0
+        if reach > -1e-9 or (bias_walk and self.learnt_bias is None):
             return np.full((n, n), math.inf)
         sensors = (b.shape[1] - 2 * n) // 2
-        deviation = np.concatenate((np.zeros(n), np.full(n, gyro), np.repeat([accel, mag], sensors)))
-        inputs, feed = b * deviation, d * deviation
-        if self.learnt_bias is not None:
-            # Counted from the bias as it is now, an increment leaves the filter with the old one.
-            inputs = np.hstack((inputs, bias_step * a @ self.learnt_bias))
-            feed = np.hstack((feed, bias_step * c @ self.learnt_bias))
-        T = self.sample_time
-        state = systems.stationary_covariance((a - np.eye(a.shape[0])) / T, inputs @ inputs.T / T, T)
-        return np.asarray(c @ state @ c.T + feed @ feed.T, dtype=np.float64)
+        density = np.concatenate((np.zeros(n), np.full(n, gyro), np.repeat([accel, mag], sensors)))
+        # Counted from the bias as it is now, an increment leaves the filter with the old one.
+        old_bias = bias_walk * (np.zeros((a.shape[0], n)) if self.learnt_bias is None else self.learnt_bias)
+        if T is None:
+            inputs = np.hstack((b * density, old_bias))
+            state = systems.stationary_covariance(a, inputs @ inputs.T, 0.0)
+            return np.asarray(c @ state @ c.T, dtype=np.float64)
+        # White samples have the density over the root of T as standard deviation, increments times it.
+        inputs = np.hstack((b * density, T * a @ old_bias)) / T
+        feed = np.hstack((d * density, T * c @ old_bias))
+        state = systems.stationary_covariance((a - np.eye(a.shape[0])) / T, inputs @ inputs.T, T)
+        return np.asarray(c @ state @ c.T + feed @ feed.T / T, dtype=np.float64)
 
 
 def coupled_filter(
@@ -182,23 +186,49 @@ def coupled_filter(
     Parameters
     ----------
     h : control.TransferFunction
-        H(z) of `ahrs_fmu.analysis.theory.discretise`, the same for all axes.
+        H(s), or H(z) of `ahrs_fmu.analysis.theory.discretise`; the same for all axes.
     error : ErrorModel
     motion_time_constant : float, optional
         Time constant in seconds of the motion-acceleration compensation, which acts on the
-        accelerometer's part of the error alone.
+        accelerometer's part of the error alone, from sample to sample.
 
     Raises
     ------
     DesignError
-        H is continuous.
+        Motion compensation is asked for of a continuous H.
     """
     T = systems.sample_time_of(h)
-    if T is None:
-        raise DesignError("H is continuous: make it discrete with discretise(h, sample_time)")
+    if T is None and motion_time_constant is not None:
+        raise DesignError("motion compensation acts from sample to sample: discretise(h, sample_time) first")
     law = systems.realise(h)
+    order, n = law.a.shape[0], error.gain.shape[0]
+    if T is None:
+        system = _continuous(law, error)
+    else:
+        c = 0.0 if motion_time_constant is None else compensation_factor(motion_time_constant, T)
+        system = _sampled(law, error, T, c)
+    at_rest = law.a if T is None else law.a - np.eye(order)
+    return CoupledFilter(system, n, T, _learnt_bias(at_rest, law.c, n, system.nstates))
+
+
+def _continuous(law: systems.Realisation, error: ErrorModel) -> StateSpace:
     n, sensors, order = error.gain.shape[0], error.accel_noise.shape[1], law.a.shape[0]
-    c = 0.0 if motion_time_constant is None else compensation_factor(motion_time_constant, T)
+    # Columns of every row block: attitude, law | A, gyro rate, n_a, n_m.
+    widths = (n, n * order, n, n, sensors, sensors)
+    attitude, memory, angle, rate, accel, mag = np.split(np.eye(sum(widths)), np.cumsum(widths)[:-1])
+    each = np.eye(n)
+    total = error.gain @ (angle - attitude) + error.accel_noise @ accel + error.mag_noise @ mag
+    turned = rate + law.d * total + np.kron(law.c, each) @ memory
+    learnt = np.kron(law.a, each) @ memory + np.kron(law.b, each) @ total
+    states = n + n * order
+    rows = np.vstack((turned, learnt))
+    return systems.state_space(
+        rows[:, :states], rows[:, states:], attitude[:, :states], attitude[:, states:], None
+    )
+
+
+def _sampled(law: systems.Realisation, error: ErrorModel, T: float, c: float) -> StateSpace:
+    n, sensors, order = error.gain.shape[0], error.accel_noise.shape[1], law.a.shape[0]
     # Columns of every row block: attitude, law, accelerometer residual | A, gyro rate, n_a, n_m.
     widths = (n, n * order, n, n, n, sensors, sensors)
     attitude, memory, residual, angle, rate, accel, mag = np.split(
@@ -212,29 +242,28 @@ def coupled_filter(
     corrected = predicted + T * law.d * total
     learnt = np.kron(law.a, each) @ memory + np.kron(law.b, each) @ total
     left = error.accel_gain @ (angle - corrected) + error.accel_noise @ accel
-    rows = np.vstack((corrected, learnt, left))
-    kept = n + n * order + (n if c else 0)
     states = n + n * order + n
-    return CoupledFilter(
-        system=systems.state_space(
-            rows[:kept, :kept], rows[:kept, states:], corrected[:, :kept], corrected[:, states:], T
-        ),
-        axes=n,
-        sample_time=T,
-        learnt_bias=_learnt_bias(law, n, kept),
+    kept = states if c else states - n
+    rows = np.vstack((corrected, learnt, left))[:kept]
+    return systems.state_space(
+        rows[:, :kept], rows[:, states:], corrected[:, :kept], corrected[:, states:], T
     )
 
 
 def gains_on_axes(
-    gains: Gains, sample_time: float, error: ErrorModel, motion_time_constant: float | None = None
+    gains: Gains, sample_time: float | None, error: ErrorModel, motion_time_constant: float | None = None
 ) -> CoupledFilter:
-    """Return the filter of the given gains on all axes of an error model."""
-    return coupled_filter(discretise(correction(gains), sample_time), error, motion_time_constant)
+    """Return the filter of the given gains on all axes of an error model; continuous without sample time."""
+    h = correction(gains)
+    return coupled_filter(
+        h if sample_time is None else discretise(h, sample_time), error, motion_time_constant
+    )
 
 
-def _learnt_bias(law: systems.Realisation, axes: int, states: int) -> Array | None:
-    order = law.a.shape[0]
-    conditions = np.vstack((law.a - np.eye(order), law.c))
+def _learnt_bias(at_rest: Array, c: Array, axes: int, states: int) -> Array | None:
+    """Return the state that cancels a bias, if the law can hold one without an error."""
+    order = at_rest.shape[0]
+    conditions = np.vstack((at_rest, c))
     wanted = np.append(np.zeros(order), -1.0)
     memory = np.linalg.lstsq(conditions, wanted, rcond=None)[0]
     if order == 0 or not np.allclose(conditions @ memory, wanted, atol=1e-6):

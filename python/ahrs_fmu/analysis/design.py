@@ -378,18 +378,14 @@ class AttitudeBudget:
 def predict_attitude_rms(
     gains: Gains,
     sensor: SensorNoise,
-    sample_time: float,
+    sample_time: float | None = None,
     kind: ErrorKind = "decoupled",
     motion_time_constant: float | None = None,
 ) -> AttitudeBudget:
     """Predict the RMS error of all axes together, coupled as the error of the filter couples them."""
     error = error_model(kind, sensor.dip, gravity=sensor.gravity)
-    root = math.sqrt(sample_time)
     covariance = gains_on_axes(gains, sample_time, error, motion_time_constant).covariance(
-        gyro=sensor.gyro / root,
-        bias_step=sensor.bias_walk * root,
-        accel=sensor.accel / root,
-        mag=sensor.mag / sensor.field / root,
+        gyro=sensor.gyro, bias_walk=sensor.bias_walk, accel=sensor.accel, mag=sensor.mag / sensor.field
     )
     return AttitudeBudget(*(float(v) for v in np.sqrt(np.diag(covariance))))
 

@@ -1,4 +1,4 @@
-"""Frequency response and linear model of anything that steps.
+"""Frequency response of anything that steps.
 
 The estimator is held at an attitude and its sensors are turned about it by small angles: G_A shows what
 accelerometer and magnetometer turn while the gyro reads zero, G_B what the gyro reports while the other
@@ -18,21 +18,12 @@ from multiprocessing import get_context
 from typing import Literal
 
 import numpy as np
-from control import StateSpace
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from ahrs_fmu import quaternion
-from ahrs_fmu.analysis import systems
 from ahrs_fmu.analysis.quantity import require_positive
 from ahrs_fmu.analysis.systems import Array, ComplexArray
-from ahrs_fmu.analysis.theory import (
-    STANDARD_GRAVITY,
-    ComplementaryFilter,
-    Gains,
-    filter_of,
-    settling_time,
-)
+from ahrs_fmu.analysis.theory import STANDARD_GRAVITY, ComplementaryFilter, settling_time
 from ahrs_fmu.cosim.stepper import Stepper, replay
 from ahrs_fmu.errors import DesignError
 
@@ -48,10 +39,8 @@ _LARGEST_AMPLITUDE = math.radians(45.0)
 _LARGEST_BOOST = 10.0
 _LARGEST_RATE = 0.1
 _LEAST_DURATION = 20.0
-_SETTLE = 200.0
-_HANKEL_BLOCKS = 40
-_NEGLIGIBLE = 1e-7
-"""Singular values below this part of the largest are rounding errors."""
+SETTLE = 200.0
+"""Time at rest that suits most estimators, s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +140,7 @@ def plan(
             )
         gain = np.abs(expected.require_stable().respond(omega)[path == "rate"])
     if settle is None:
-        settle = _SETTLE if expected is None else settling_time(expected, _TRANSIENT)
+        settle = SETTLE if expected is None else settling_time(expected, _TRANSIENT)
     excitation = amplitude / np.maximum(1.0, gain)
     if path == "rate":
         # A suppressed rotation may be larger, as long as its rate stays a gyro bias that filters believe in.
@@ -372,7 +361,7 @@ def _open_and_measure(open_stepper: Callable[[], AbstractContextManager[Stepper]
 
 
 def _measure(stepper: Stepper, tone: _Tone) -> _Answer:
-    _check_variables(stepper)
+    require_estimator(stepper)
     T, steps = tone.sample_time, tone.settle + tone.measured
     amplitude, phase = tone.excitation()
     omega = tone.omega
@@ -435,7 +424,14 @@ def _check(axis: int, plan: Plan, sample_time: float) -> None:
         )
 
 
-def _check_variables(stepper: Stepper) -> None:
+def require_estimator(stepper: Stepper) -> None:
+    """Refuse what has not the variables of an attitude estimator.
+
+    Raises
+    ------
+    DesignError
+        An input or the output q is missing.
+    """
     missing = [name for name in _INPUTS if name not in stepper.inputs]
     missing += ["q"] if "q" not in stepper.outputs else []
     if missing:
@@ -443,122 +439,3 @@ def _check_variables(stepper: Stepper) -> None:
             f"no variable {', '.join(missing)}: a response is measured on an attitude estimator "
             f"with the inputs gyro, accel, mag and the output q"
         )
-
-
-def equivalent_gains(response: FrequencyResponse, sample_time: float, order: int = 2) -> Gains:
-    """Return the gains of the first- or second-order filter whose response is nearest to a measured one.
-
-    Nearest in the logarithm of the complex gain, so that all frequencies count alike.
-
-    Raises
-    ------
-    DesignError
-        The order is not 1 or 2, or the estimator does not answer on the excited axis.
-    """
-    if order not in (1, 2):
-        raise DesignError(f"order = {order}: an equivalent filter is of order 1 or 2")
-    measured = response.main
-    if np.max(np.abs(measured)) < 1e-6:
-        raise DesignError("the estimator does not answer to the excitation: it has no equivalent filter")
-
-    def mismatch(logarithms: Array) -> Array:
-        filter_ = filter_of(Gains(*np.exp(logarithms)), sample_time)
-        ratio = np.log(measured / filter_.respond(response.omega)[response.path == "rate"])
-        return np.concatenate((ratio.real, ratio.imag))
-
-    start = np.log([1.0, 0.1][:order])
-    limit = math.log(0.99 / sample_time)
-    found = least_squares(mismatch, start, bounds=(-20.0, limit), x_scale="jac")
-    return Gains(*(float(g) for g in np.exp(found.x)))
-
-
-def linearise(
-    stepper: Stepper,
-    sample_time: float,
-    axes: Sequence[int] = (0, 1, 2),
-    point: OperatingPoint | None = None,
-    settle: float = _SETTLE,
-    horizon: float = 60.0,
-    order: int | None = None,
-    angle: float = 1e-3,
-) -> StateSpace:
-    """Return the linear model of an estimator about an attitude, from finite differences.
-
-    The estimator settles at rest; from its saved state, every input gets one small pulse in either
-    direction. The differences of the answers are the pulse responses, of which the eigensystem realisation
-    algorithm makes the smallest state space.
-
-    Parameters
-    ----------
-    stepper : Stepper
-        Has the inputs gyro, accel and mag and the outputs q and gyro_bias; it is reset.
-    sample_time : float
-        Step in seconds; the sample time of the estimator.
-    axes : sequence of {0, 1, 2}, optional
-        Body axes to excite and to look at. Alike axes that leak into each other have multiple poles, which no
-        difference resolves well: their poles are better asked for one axis at a time.
-    point : OperatingPoint, optional
-        Where to linearise; level and heading north by default.
-    settle : float, optional
-        Time at rest before, s.
-    horizon : float, optional
-        Time over which the answers are followed, s; a few of the slowest time constants.
-    order : int, optional
-        Number of states; by default those that stand out of the rounding errors.
-    angle : float, optional
-        Size of the pulses, rad; that of the rate pulses is the same over one sample.
-
-    Returns
-    -------
-    control.StateSpace
-        Discrete. Inputs: measured angle about the axes (rad), gyro rate (rad/s). Outputs: estimated angle
-        (rad), gyro bias (rad/s).
-    """
-    T = require_positive("sample_time", sample_time, "s")
-    require_positive("pulse", angle, "rad")
-    point = point or OperatingPoint()
-    _check_variables(stepper)
-    stepper.reset()
-    rest = np.zeros((math.ceil(settle / T), 3))
-    replay(stepper, point.sensors(rest, rest), ["q"], T)
-    saved = stepper.save()
-    steps = math.ceil(horizon / T)
-    chosen = [*axes, *(3 + axis for axis in axes)]
-    sizes = np.repeat([angle, angle / T], 3)
-
-    def pulse(channel: int, size: float) -> Array:
-        drive = np.zeros((steps, 6))
-        drive[0, channel] = size
-        stepper.restore(saved)
-        found = replay(stepper, point.sensors(drive[:, :3], drive[:, 3:]), ["q", "gyro_bias"], T)
-        return np.hstack((point.turned(found["q"]), found["gyro_bias"]))[:, chosen]
-
-    markov = np.stack(
-        [(pulse(i, sizes[i]) - pulse(i, -sizes[i])) / (2.0 * sizes[i]) for i in chosen], axis=-1
-    )
-    return _realised(markov, T, order)
-
-
-def _realised(markov: Array, sample_time: float, order: int | None) -> StateSpace:
-    """Return the state space with the pulse responses (steps, outputs, inputs), after Ho and Kalman."""
-    steps, outputs, inputs = markov.shape
-    # A Hankel matrix need not have every sample: rows and columns over all the horizon see slow poles best.
-    starts = np.unique(np.geomspace(1, max(2, (steps - 2) // 2), _HANKEL_BLOCKS).astype(int)) - 1
-    times = starts[:, None] + starts + 1
-
-    def hankel(shift: int) -> Array:
-        blocks: Array = markov[times + shift].transpose(0, 2, 1, 3)
-        return blocks.reshape(starts.size * outputs, starts.size * inputs)
-
-    # Outputs and inputs of different units get comparable weight.
-    out_scale = np.maximum(np.sqrt(np.mean(markov**2, axis=(0, 2))), 1e-300)
-    in_scale = np.maximum(np.sqrt(np.mean((markov / out_scale[:, None]) ** 2, axis=(0, 1))), 1e-300)
-    left, right = np.tile(out_scale, starts.size), np.tile(in_scale, starts.size)
-    u, s, vt = np.linalg.svd(hankel(0) / np.outer(left, right), full_matrices=False)
-    states = int(np.count_nonzero(s > _NEGLIGIBLE * s[0])) if order is None else order
-    root = np.sqrt(s[:states])
-    u, vt = u[:, :states], vt[:states]
-    a = (u.T @ (hankel(1) / np.outer(left, right)) @ vt.T) / np.outer(root, root)
-    b = (root[:, None] * vt)[:, :inputs] * in_scale
-    c = (u * root)[:outputs] * out_scale[:, None]
-    return systems.state_space(a, b, c, markov[0], sample_time)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from matplotlib import style
@@ -17,24 +18,42 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
+from numpy.typing import ArrayLike
 
 from ahrs_fmu.analysis.allan import AllanDeviation, AllanFit
 from ahrs_fmu.analysis.design import ErrorCurve
+from ahrs_fmu.analysis.equivalent import Equivalent
 from ahrs_fmu.analysis.measure import FrequencyResponse, deviation
 from ahrs_fmu.analysis.systems import Array, ComplexArray, zeros
-from ahrs_fmu.analysis.theory import ComplementaryFilter, crossover, settling_time, step_error
+from ahrs_fmu.analysis.theory import ComplementaryFilter, settling_time, step_error
 from ahrs_fmu.plots import PAGE_WIDTH, STYLE
 
 BLUE, VERMILION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#666666"
 _PALE = "#9A9A9A"
 _GRID = "#E4E4E4"
+_BACKGROUND = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
 _COLOURS = (BLUE, VERMILION, GREEN, PURPLE, GREY)
 _DASHES = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2)))
 _MARKERS = ("o", "s", "^", "D", "v")
 
 
+class Responding(Protocol):
+    """What a Bode plot needs to know of a filter: a `ComplementaryFilter`, or an `Equivalent`."""
+
+    @property
+    def sample_time(self) -> float | None:
+        """Seconds, or None in continuous time."""
+
+    @property
+    def crossover(self) -> float:
+        """Frequency in rad/s where |G_A| = |G_B|."""
+
+    def respond(self, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Return G_A and G_B at `omega` rad/s."""
+
+
 def bode_figure(
-    filter_: ComplementaryFilter,
+    filter_: Responding,
     measured: Sequence[FrequencyResponse] = (),
     title: str = "",
     limits: tuple[float, float] | None = None,
@@ -43,7 +62,7 @@ def bode_figure(
 
     Parameters
     ----------
-    filter_ : ComplementaryFilter
+    filter_ : ComplementaryFilter or Equivalent
         The theory.
     measured : sequence of FrequencyResponse, optional
         Responses of the same filter.
@@ -52,7 +71,7 @@ def bode_figure(
     limits : tuple of float, optional
         Range of the frequency axis, rad/s; by default that of the measurement, or about the crossover.
     """
-    wc = crossover(filter_)
+    wc = filter_.crossover
     low, high = limits or _frequency_range(filter_, measured)
     omega = np.geomspace(low, high, 600)
     theory = filter_.respond(omega)
@@ -182,7 +201,7 @@ def error_figure(
             f"{curve.best:.3g} rad/s, {least:.3g}°",
             (curve.best, least),
             xytext=(0, 9),
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0},
+            bbox=_BACKGROUND,
             textcoords="offset points",
             ha="center",
         )
@@ -241,6 +260,38 @@ def allan_figure(
     return panels.figure
 
 
+def equivalents_figure(found: Mapping[str, Equivalent]) -> Figure:
+    """Draw the measured low-pass of estimators, each with its nearest complementary filter and corner."""
+    columns = min(3, len(found))
+    rows = math.ceil(len(found) / columns)
+    with style.context(STYLE):
+        figure = Figure(figsize=(PAGE_WIDTH, 1.75 * rows + 0.6), layout="constrained")
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+        for panel, (name, equivalent) in zip(panels, found.items(), strict=False):
+            response = equivalent.response
+            omega = np.geomspace(response.omega[0], response.omega[-1], 300)
+            expected = _decibels(equivalent.respond(omega)[int(response.path == "rate")])
+            panel.semilogx(omega, expected, color=VERMILION, linestyle=_DASHES[1], label="nearest filter")
+            _dots(panel, response.omega, _decibels(response.main), response.error_db, (BLUE, "o"), "measured")
+            panel.axvline(equivalent.crossover, color=GREY, linewidth=0.7, linestyle=(0, (2, 2)))
+            order = "first" if equivalent.gains.order == 1 else "second"
+            lag = "" if equivalent.lag is None else f"\nand low-pass {equivalent.lag:.2g} rad/s"
+            within = f"within {max(equivalent.mismatch_db, 1e-3):.1g} dB"
+            text = f"{equivalent.crossover:.2f} rad/s, {order} order{lag}\n{within}"
+            panel.annotate(text, (0.04, 0.05), xycoords="axes fraction", fontsize=7.0, bbox=_BACKGROUND)
+            panel.set_title(name, fontsize=8.5, loc="left")
+            panel.grid(which="major", color=_GRID, linewidth=0.5)
+            panel.xaxis.set_major_formatter(FuncFormatter(_plain))
+        for panel in panels[len(found) :]:
+            panel.set_visible(False)
+        handles, names = panels[0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside upper right", ncols=2, frameon=False)
+        figure.supxlabel("frequency [rad/s]", fontsize=8.0)
+        figure.supylabel("$G_A$ [dB]", fontsize=8.0)
+    return figure
+
+
 @dataclass(frozen=True, slots=True)
 class Spectrum:
     """A one-sided amplitude spectral density."""
@@ -276,7 +327,7 @@ def noise_figure(
                 label="estimate, predicted",
             )
         panel.axvline(
-            crossover(filter_) / (2.0 * math.pi),
+            filter_.crossover / (2.0 * math.pi),
             color=GREY,
             linewidth=0.8,
             linestyle=(0, (2, 2)),
@@ -328,18 +379,16 @@ def _phase(gain: ComplexArray, path: int) -> Array:
     return np.degrees(np.unwrap(np.angle(gain[order])))[order]
 
 
-def _frequency_range(
-    filter_: ComplementaryFilter, measured: Sequence[FrequencyResponse]
-) -> tuple[float, float]:
+def _frequency_range(filter_: Responding, measured: Sequence[FrequencyResponse]) -> tuple[float, float]:
     if measured:
         omega = np.concatenate([m.omega for m in measured])
         return float(omega.min()) / 1.3, float(omega.max()) * 1.3
-    wc = crossover(filter_)
+    wc = filter_.crossover
     limit = math.inf if filter_.sample_time is None else math.pi / filter_.sample_time
     return 0.02 * wc, min(50.0 * wc, limit)
 
 
-def _asymptotes(panel: Axes, filter_: ComplementaryFilter, omega: Array) -> None:
+def _asymptotes(panel: Axes, filter_: Responding, omega: Array) -> None:
     """Draw the straight lines that |G_A| nears above and |G_B| below the crossover."""
     for path, end in ((0, -1), (1, 0)):
         two = filter_.respond(omega[[end, end - 1 if end else 1]])[path]
@@ -387,7 +436,7 @@ def _look(response: FrequencyResponse) -> tuple[str, str]:
     return (BLUE, "o") if response.path == "angle" else (VERMILION, "s")
 
 
-def _points(magnitude: Axes, phase: Axes, response: FrequencyResponse, filter_: ComplementaryFilter) -> None:
+def _points(magnitude: Axes, phase: Axes, response: FrequencyResponse, filter_: Responding) -> None:
     look, omega, path = _look(response), response.omega, int(response.path == "rate")
     expected = filter_.respond(omega)[path]
     about = _phase(expected, path) + np.degrees(deviation(response.main, expected).phase)
@@ -397,7 +446,7 @@ def _points(magnitude: Axes, phase: Axes, response: FrequencyResponse, filter_: 
 
 
 def _deviations(
-    decibels: Axes, degrees: Axes, filter_: ComplementaryFilter, measured: Sequence[FrequencyResponse]
+    decibels: Axes, degrees: Axes, filter_: Responding, measured: Sequence[FrequencyResponse]
 ) -> None:
     for response in measured:
         look, omega = _look(response), response.omega

@@ -96,11 +96,20 @@ def matrices(system: StateSpace) -> tuple[Array, Array, Array, Array]:
 
 
 def realise(system: TransferFunction | StateSpace) -> Realisation:
-    """Return a state space of a system with one input and one output."""
+    """Return a state space of a system with one input and one output.
+
+    That of a discrete transfer function is x <- x + T (A x + B u) with A, B of its polynomials in delta.
+    """
     if isinstance(system, StateSpace):
         a, b, c, d = matrices(system)
+        return Realisation(a, b, c, float(d[0, 0]))
+    T = sample_time_of(system)
+    num, den = fraction(system)
+    if T is None:
+        a, b, c, d = tf2ss(num, den)
     else:
-        a, b, c, d = tf2ss(*fraction(system))
+        a, b, c, d = tf2ss(in_delta(num, T), in_delta(den, T))
+        a, b = np.eye(a.shape[0]) + T * a, T * b
     return Realisation(a, b, c, float(d[0, 0]))
 
 
@@ -157,6 +166,12 @@ def about_one(polynomial: Array) -> Array:
     for end in range(shifted.size, 1, -1):
         shifted[:end] = np.cumsum(shifted[:end])
     return shifted
+
+
+def in_delta(polynomial: Array, sample_time: float) -> Array:
+    """Rewrite a polynomial in z as one in delta = (z - 1)/T, whose coefficients do not crowd about zero."""
+    powers = np.arange(polynomial.size - 1, -1, -1)
+    return np.asarray(about_one(polynomial) * sample_time**powers, dtype=np.float64)
 
 
 def _zeros_at_origin(polynomial: Array) -> int:

@@ -195,6 +195,11 @@ class ComplementaryFilter:
         return g_b * T * np.exp(1j * omega * T) / np.expm1(1j * omega * T)
 
     @property
+    def crossover(self) -> float:
+        """The highest frequency in rad/s at which |G_A| = |G_B|, nan if there is none."""
+        return crossover(self)
+
+    @property
     def poles(self) -> ComplexArray:
         """Closed-loop poles in the s or z plane."""
         return systems.poles(self.g_a)
@@ -381,7 +386,7 @@ def noise_power(system: TransferFunction) -> float:
     if not _stable(den, T):
         return math.inf
     if T is not None:
-        num, den = (_in_delta(p, T) for p in (num, den))
+        num, den = (systems.in_delta(p, T) for p in (num, den))
     a, b, c, d = tf2ss(num, den)
     direct = float(d[0, 0])
     if direct and T is None:
@@ -470,12 +475,6 @@ def _power(p: ArrayLike, m: int, q: ArrayLike, n: int) -> Array:
     for factor in [np.asarray(p)] * m + [np.asarray(q)] * n:
         result = np.polymul(result, factor).astype(np.float64)
     return result
-
-
-def _in_delta(polynomial: Array, sample_time: float) -> Array:
-    """Rewrite a polynomial in z as one in delta = (z - 1)/T, whose coefficients do not crowd about zero."""
-    powers = np.arange(polynomial.size - 1, -1, -1)
-    return np.asarray(systems.about_one(polynomial) * sample_time**powers, dtype=np.float64)
 
 
 def _same_sample_time(of_law: float, given: float) -> None:

@@ -14,22 +14,22 @@ import numpy as np
 import typer
 
 from ahrs_fmu import descriptors, plots
+from ahrs_fmu.analysis.equivalent import equivalent
 from ahrs_fmu.analysis.measure import (
     AXES,
     Deviation,
     Excited,
     FrequencyResponse,
     deviation,
-    equivalent_gains,
     multisine,
     plan,
     shared_stepped_sine,
     stepped_sine,
 )
-from ahrs_fmu.analysis.plots import bode_figure
+from ahrs_fmu.analysis.plots import Responding, bode_figure
 from ahrs_fmu.analysis.quantity import as_json, rows
 from ahrs_fmu.analysis.systems import Array, ComplexArray
-from ahrs_fmu.analysis.theory import ComplementaryFilter, Gains, characterise, filter_of
+from ahrs_fmu.analysis.theory import Characteristics, ComplementaryFilter, Gains, characterise, filter_of
 from ahrs_fmu.commands import numbers, terminal
 from ahrs_fmu.cosim import opening
 from ahrs_fmu.cosim.core import CoreStepper
@@ -87,7 +87,7 @@ def bode(
     save: Annotated[bool, typer.Option("--save", help="Draw the response as PNG and SVG.")] = False,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the pictures.")] = Path("build"),
     json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers; - is the terminal.")
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers.")
     ] = None,
 ) -> None:
     """Show the frequency response of a filter: theory, and measured by stepping the C core or an FMU."""
@@ -97,37 +97,46 @@ def bode(
     device = _device(estimator, fmu, given, number)
     if not 0.0 < low < high:
         raise DesignError(f"frequencies from {low:g} to {high:g} rad/s: give positive ones, the lower first")
+    if high * device.sample_time >= math.pi:
+        half = math.pi / device.sample_time
+        raise DesignError(f"frequency = {high:g} rad/s: stay below half the sample rate, {half:g} rad/s")
     omega = np.geomspace(low, high, points)
     expected = None
     if device.gains is not None:
-        filter_ = filter_of(device.gains, device.sample_time, device.motion_time_constant)
-        expected = filter_.require_stable()
+        closed = filter_of(device.gains, device.sample_time, device.motion_time_constant)
+        expected = closed.require_stable()
     responses: list[FrequencyResponse] = []
     if measure:
         radians = math.radians(amplitude)
         responses = _measured(device, expected, omega, number, radians, method, workers)
     elif expected is None:
         raise DesignError(f"{device.title} has no gains to draw the theory of on {axis}: add --measure")
-    theory = expected or _equivalent(device, responses[0])
     heading = f"{device.title}, {axis}, {1.0 / device.sample_time:.4g} Hz"
     terminal.OUT.print(heading)
-    if expected is None:
-        found = characterise(theory)
+    theory: Responding
+    if expected is not None:
+        theory, filter_ = expected, expected
+    else:
+        nearest = equivalent(responses[0], device.sample_time)
+        lag = "" if nearest.lag is None else f", with a low-pass of {nearest.lag:.3g} rad/s behind it"
         terminal.OUT.print(
-            f"nearest complementary filter: crossover {found.crossover:.3g} rad/s, order {found.order}"
+            f"nearest complementary filter: kp {nearest.gains.kp:.4g}, ki {nearest.gains.ki:.4g}, crossover "
+            f"{nearest.crossover:.3g} rad/s{lag}; it is the theory below"
         )
+        theory, filter_ = nearest, nearest.filter
     if not responses:
         _print_theory(omega, theory)
     for response in responses:
         _print_measured(theory, response)
-    numbers.print_rows(rows(characterise(theory)), "filter")
+    characteristics = characterise(filter_)
+    numbers.print_rows(rows(characteristics), "filter")
     pictures = []
     if save:
         name = "_".join((device.title.lower().replace(" ", "_"), axis))
         pictures = plots.save(bode_figure(theory, responses, heading), output / "bode" / name)
     for picture in pictures:
         terminal.OUT.print(f"plot: {picture}")
-    numbers.write_json(_as_json(device, axis, omega, theory, responses), json_file)
+    numbers.write_json(_as_json(device, axis, omega, theory, responses, characteristics), json_file)
 
 
 def _device(estimator: str, fmu: Path | None, given: Mapping[str, object], axis: int) -> Device:
@@ -198,15 +207,7 @@ def _measured(
             return [multisine(stepper, p, device.sample_time, axis) for p in schedules]
 
 
-def _equivalent(device: Device, response: FrequencyResponse) -> ComplementaryFilter:
-    """Return the nearest filter, of first order if its integral gain does not matter."""
-    second = equivalent_gains(response, device.sample_time)
-    if second.ki < 1e-3 * second.kp**2:
-        return filter_of(equivalent_gains(response, device.sample_time, order=1), device.sample_time)
-    return filter_of(second, device.sample_time)
-
-
-def _print_theory(omega: Array, theory: ComplementaryFilter) -> None:
+def _print_theory(omega: Array, theory: Responding) -> None:
     shown = terminal.table([], ["rad/s", "G_A [dB]", "[deg]", "G_B [dB]", "[deg]"])
     for w, g_a, g_b in zip(omega, *theory.respond(omega), strict=True):
         cells = (cell for gain in (g_a, g_b) for cell in _polar(gain))
@@ -214,7 +215,7 @@ def _print_theory(omega: Array, theory: ComplementaryFilter) -> None:
     terminal.OUT.print(shown)
 
 
-def _print_measured(theory: ComplementaryFilter, response: FrequencyResponse) -> None:
+def _print_measured(theory: Responding, response: FrequencyResponse) -> None:
     name = "G_A" if response.path == "angle" else "G_B"
     found = _deviation(theory, response)
     shown = terminal.table([], ["rad/s", f"{name} [dB]", "[deg]", "- theory [dB]", "[deg]", "error bar [dB]"])
@@ -236,7 +237,7 @@ def _polar(gain: complex) -> tuple[str, str]:
     return f"{20.0 * math.log10(max(abs(gain), 1e-12)):.3f}", f"{math.degrees(np.angle(gain)):.3f}"
 
 
-def _deviation(theory: ComplementaryFilter, response: FrequencyResponse) -> Deviation:
+def _deviation(theory: Responding, response: FrequencyResponse) -> Deviation:
     return deviation(response.main, theory.respond(response.omega)[_PATHS.index(response.path)])
 
 
@@ -244,8 +245,9 @@ def _as_json(
     device: Device,
     axis: str,
     omega: Array,
-    theory: ComplementaryFilter,
+    theory: Responding,
     responses: Sequence[FrequencyResponse],
+    characteristics: Characteristics,
 ) -> dict[str, object]:
     def plain(gain: ComplexArray) -> dict[str, list[float]]:
         return {"real": gain.real.tolist(), "imaginary": gain.imag.tolist()}
@@ -266,5 +268,5 @@ def _as_json(
             }
             for r in responses
         },
-        "characteristics": as_json(characterise(theory)),
+        "characteristics": as_json(characteristics),
     }

@@ -55,9 +55,7 @@ Examples:
 
 _RATE = 100.0
 _CURVE_POINTS = 60
-_JsonFile = Annotated[
-    Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers; - is the terminal.")
-]
+_JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers.")]
 _Save = Annotated[bool, typer.Option("--save", help="Draw a picture as PNG and SVG.")]
 _Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for the pictures.")]
 

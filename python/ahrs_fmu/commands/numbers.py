@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -12,8 +11,6 @@ import typer
 
 from ahrs_fmu.analysis.quantity import Row
 from ahrs_fmu.commands import terminal
-
-_STANDARD_OUTPUT = "-"
 
 
 def print_rows(rows: Iterable[Row], title: str) -> None:
@@ -65,13 +62,8 @@ def positive(name: str, value: float, unit: str) -> float:
 
 
 def write_json(data: Mapping[str, object], path: Path | None) -> None:
-    """Write a result as JSON; to the standard output if the path is ``-``, nowhere if there is none."""
-    if path is None:
-        return
-    text = json.dumps(data, indent=2) + "\n"
-    if str(path) == _STANDARD_OUTPUT:
-        sys.stdout.write(text)
-    else:
+    """Write a result as JSON, if there is a file to write it to."""
+    if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
         terminal.OUT.print(f"written: {path}")

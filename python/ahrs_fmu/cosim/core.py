@@ -1,9 +1,10 @@
-"""The C core as a stepper: the code of an FMU without the FMU."""
+"""The C core, or its numpy twin, as a stepper: the code of an FMU without the FMU."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 from ahrs_fmu.cosim.stepper import Array, Port
 from ahrs_fmu.descriptors import Descriptor, Variable
 from ahrs_fmu.errors import ParameterError
+from ahrs_fmu.estimators.model import NumpyModel
 from ahrs_fmu.host_library import Precision
 from ahrs_fmu.native import NativeModel
 
@@ -27,7 +29,7 @@ class SavedCore:
 
 
 class CoreStepper:
-    """An instance of a C model behind the `Stepper` protocol, with the timing of its FMU.
+    """An instance of a model behind the `Stepper` protocol, with the timing of its FMU.
 
     Parameters
     ----------
@@ -37,11 +39,13 @@ class CoreStepper:
         Parameters that differ from their defaults; an enumeration by the name of its item.
     precision : {"double", "single"}, optional
         Floating-point type of the C code.
+    back_end : {"c", "numpy"}, optional
+        What computes.
 
     Raises
     ------
     ParameterError
-        A parameter is unknown or refused.
+        A parameter is unknown or refused, or the model has no such back-end.
     """
 
     def __init__(
@@ -49,6 +53,7 @@ class CoreStepper:
         descriptor: Descriptor,
         parameters: Mapping[str, object] | None = None,
         precision: Precision = "double",
+        back_end: Literal["c", "numpy"] = "c",
     ) -> None:
         self.descriptor = descriptor
         given = parameters or {}
@@ -56,7 +61,7 @@ class CoreStepper:
         for name in given:
             descriptor.parameter(name)
         descriptor.check(values)
-        self._model = NativeModel(descriptor, precision)
+        self._model = NativeModel(descriptor, precision) if back_end == "c" else NumpyModel(descriptor)
         for name, value in values.items():
             self._model.set(name, value)
         self.sample_time = float(values["sample_time"][0])
@@ -87,6 +92,9 @@ class CoreStepper:
     def get(self, name: str) -> Array:
         """Return a variable as it is now."""
         port = self._port(name, self._variables, "variable")
+        if not self._started:
+            self._initialise()
+            self._model.compute_outputs()
         return np.asarray(self._model.get(name), dtype=np.float64).reshape(port.shape)
 
     def step(self, dt: float) -> None:
@@ -127,10 +135,14 @@ class CoreStepper:
         return {name: np.asarray(v[ticks - 1 :: ticks], dtype=np.float64) for name, v in found.items()}
 
     def _start(self) -> None:
-        """Initialise from the inputs present, as an FMU does when its initialisation ends."""
         if not self._started:
-            self._model.update(0.0)
+            self._initialise()
             self._started = True
+
+    def _initialise(self) -> None:
+        """Take the first state from the inputs present, as an FMU does when asked during initialisation."""
+        self._model.reset()
+        self._model.update(0.0)
 
     def _ticks(self, dt: float) -> int:
         ticks = round(dt / self.sample_time)

@@ -1,28 +1,41 @@
 """What all estimators share, over any leading batch dimensions: the twin of fmu_src/estimator/estimator.h.
 
 Which samples are usable, the first attitude, motion compensation, gating, frames and the common outputs
-(docs/algorithms.md section 2). Inside, the axes are forward-right-down and north-east-down with magnetic
+(docs/algorithms.md section 0). Inside, the axes are forward-right-down and north-east-down with magnetic
 north. Every run of a batch has conditions of its own; all of them share the clock.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from enum import IntFlag
-from types import SimpleNamespace
-from typing import NamedTuple, TypeVar
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_fmu import frames, quaternion
+from ahrs_fmu.estimators import preprocessing
+from ahrs_fmu.estimators.geometry import (
+    attitude_of,
+    dot,
+    down_of,
+    has_horizontal_part,
+    masked,
+    near,
+    norm,
+    unit,
+)
+from ahrs_fmu.estimators.state import (
+    MOMENTARY,
+    STATUS,
+    Array,
+    CommonState,
+    Condition,
+    Inputs,
+    Mask,
+    Parameters,
+    Sample,
+    select,
+)
 from ahrs_fmu.frames import Frame
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-T = TypeVar("T", bound=np.generic)
-Parameters = SimpleNamespace
-"""Parameter values by name; that of an enumeration is the name of its item."""
+from ahrs_fmu.quaternion import join
 
 # Larger samples are not physical and count as no measurement.
 GYRO_LIMIT = 1e3
@@ -33,230 +46,12 @@ ACCEL_LEAST = 0.1
 """Of gravity: below is free fall."""
 MAG_LEAST = 1e-3
 """Of the reference field."""
-MAG_SINE = 0.05
-"""Of the angle between field and gravity: below there is no heading."""
 LONGEST_STEP = 0.5
 """s: after a longer gap the attitude is carried on, not corrected."""
 REST_RATE = 0.1
 """rad/s: faster is motion."""
 REST_FORCE = 0.5
 """m/s2: specific force further from gravity is motion."""
-
-
-class Condition(IntFlag):
-    """Bits of `CommonState.conditions`."""
-
-    HAS_ATTITUDE = 1
-    HAS_HEADING = 2
-    HAS_FIELD = 4
-    GYRO_HELD = 8
-    ACCEL_USED = 16
-    MAG_USED = 32
-    STEP_REJECTED = 64
-    MOVED = 128
-    COVARIANCE_RESET = 256
-    ACCEL_SUMMED = 512
-    MAG_SUMMED = 1024
-    IMPLAUSIBLE = 2048
-    MAG_DISTURBED = 4096
-
-
-MOMENTARY = (
-    Condition.GYRO_HELD
-    | Condition.ACCEL_USED
-    | Condition.MAG_USED
-    | Condition.STEP_REJECTED
-    | Condition.COVARIANCE_RESET
-    | Condition.IMPLAUSIBLE
-    | Condition.MAG_DISTURBED
-)
-"""Those that tell of one sample only."""
-
-STATUS = (
-    "nominal",
-    "mag_disturbed",
-    "mag_unused",
-    "accel_unused",
-    "gyro_held",
-    "step_rejected",
-    "covariance_reset",
-    "implausible",
-    "initialising_in_motion",
-    "initialising",
-)
-"""Names of the status, by its number."""
-
-
-class Inputs(NamedTuple):
-    """One sample of every run, in the axes of the user."""
-
-    gyro: Array
-    accel: Array
-    mag: Array
-    accel_valid: Mask
-    mag_valid: Mask
-
-
-class Sample(NamedTuple):
-    """One sample of every run in inner axes. Vectors that are not usable are zero.
-
-    `start`: the first attitude is there, begin from it. `turn`: the attitude was turned to north, take it
-    over, then run. `run`: predict and correct. `gain_dt` is 0 after a gap that is too long to correct over.
-    """
-
-    rate: Array
-    force: Array
-    accel: Array
-    mag: Array
-    force_usable: Mask
-    accel_usable: Mask
-    mag_usable: Mask
-    start: Mask
-    turn: Mask
-    run: Mask
-    field: Array
-    dt: float
-    gain_dt: float
-
-
-@dataclass(slots=True)
-class CommonState:
-    """State that every estimator has, leading dimensions are those of the batch.
-
-    Attributes
-    ----------
-    q : ndarray (..., 4)
-        Attitude, body (forward-right-down) to magnetic north-east-down.
-    gyro : ndarray (..., 3)
-        Last usable rate, rad/s.
-    motion_accel : ndarray (..., 3)
-        Estimated motion acceleration, body axes, m/s2.
-    field : ndarray (..., 2)
-        Reference field: horizontal and downward part, T.
-    accel_sum, mag_sum : ndarray (..., 3)
-        Sums of the samples that initialise the attitude.
-    elapsed, gated : ndarray (...)
-        Time since the first of these samples; time for which the accelerometer has been ignored, s.
-    conditions : ndarray (...) of int32
-        Bits of `Condition`.
-    """
-
-    q: Array
-    gyro: Array
-    motion_accel: Array
-    field: Array
-    accel_sum: Array
-    mag_sum: Array
-    elapsed: Array
-    gated: Array
-    conditions: NDArray[np.int32]
-
-    @classmethod
-    def initial(cls, shape: tuple[int, ...]) -> CommonState:
-        """State before the first sample, for a batch of `shape`."""
-        return cls(
-            q=np.broadcast_to(quaternion.IDENTITY, (*shape, 4)),
-            gyro=np.zeros((*shape, 3)),
-            motion_accel=np.zeros((*shape, 3)),
-            field=np.zeros((*shape, 2)),
-            accel_sum=np.zeros((*shape, 3)),
-            mag_sum=np.zeros((*shape, 3)),
-            elapsed=np.zeros(shape),
-            gated=np.zeros(shape),
-            conditions=np.zeros(shape, dtype=np.int32),
-        )
-
-    def has(self, condition: Condition) -> Mask:
-        """Where a condition holds."""
-        held: Mask = (self.conditions & np.int32(condition)) != 0
-        return held
-
-    def mark(self, condition: Condition, where: Mask) -> None:
-        """Set a condition where a mask is true."""
-        self.conditions = np.where(where, self.conditions | np.int32(condition), self.conditions)
-
-    def assign(self, condition: Condition, value: Mask, where: Mask) -> None:
-        """Set or clear a condition where a mask is true."""
-        kept = self.conditions & ~np.int32(condition)
-        self.conditions = np.where(where, np.where(value, kept | np.int32(condition), kept), self.conditions)
-
-    def restart(self, where: Mask) -> None:
-        """Forget everything where a mask is true."""
-        fresh = CommonState.initial(where.shape)
-        for field in fields(self):
-            old, new = getattr(self, field.name), getattr(fresh, field.name)
-            setattr(self, field.name, select(where, new, old))
-
-
-def select(where: Mask, new: NDArray[T], old: NDArray[T]) -> NDArray[T]:
-    """Elements of `new` (..., any trailing shape) where the mask (...) is true, of `old` elsewhere."""
-    where = np.asarray(where)
-    return np.where(where.reshape(where.shape + (1,) * (np.ndim(old) - where.ndim)), new, old)
-
-
-def dot(a: Array, b: Array) -> Array:
-    """Scalar product over the last axis."""
-    product: Array = np.einsum("...i,...i->...", a, b)
-    return product
-
-
-def norm(v: Array) -> Array:
-    """Length over the last axis."""
-    return np.sqrt(dot(v, v))
-
-
-def unit(v: Array) -> Array:
-    """Direction over the last axis; NaN for zero, which the caller masks."""
-    return v / norm(v)[..., None]
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Vector product of (..., 3) arrays."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=-1)
-
-
-def down_of(q: Array) -> Array:
-    """Direction of gravity seen from the body, (..., 3)."""
-    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    return np.stack((2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z), axis=-1)
-
-
-def north_of(q: Array) -> Array:
-    """Direction of magnetic north seen from the body, (..., 3)."""
-    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    return np.stack((w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)), axis=-1)
-
-
-def near(q: Array, reference: Array) -> Array:
-    """The same attitude as q with the sign that is nearer to the reference."""
-    return np.where(dot(q, reference)[..., None] < 0.0, -q, q)
-
-
-def attitude_from_axes(axes: Array) -> Array:
-    """Attitude whose rotation matrix has these rows (..., 3, 3): the navigation axes seen from the body.
-
-    Its sign is that of the C core: the component with the largest square is positive.
-    """
-    q = quaternion.from_matrix(axes)
-    diagonal = np.diagonal(axes, axis1=-2, axis2=-1)
-    pivot = np.where(diagonal.sum(axis=-1) > 0.0, 0, 1 + np.argmax(diagonal, axis=-1))
-    return np.where(np.take_along_axis(q, pivot[..., None], axis=-1) < 0.0, -q, q)
-
-
-def attitude_of(force: Array, mag: Array) -> Array:
-    """Attitude from specific force and field, accelerometer first; with a zero field the heading is zero."""
-    down = unit(-force)
-    east = unit(cross(down, mag))
-    headed = norm(mag) > 0.0
-    roll = np.arctan2(down[..., 1], down[..., 2])
-    pitch = np.arctan2(-down[..., 0], np.hypot(down[..., 1], down[..., 2]))
-    level = quaternion.from_euler(np.stack((roll, pitch, np.zeros_like(roll)), axis=-1))
-    if not headed.any():
-        return level
-    axes = np.where(headed[..., None, None], np.stack((cross(east, down), east, down), axis=-2), np.eye(3))
-    return np.where(headed[..., None], attitude_from_axes(axes), level)
 
 
 def begin(s: CommonState, p: Parameters, u: Inputs, dt: float) -> Sample | None:
@@ -276,19 +71,28 @@ def begin(s: CommonState, p: Parameters, u: Inputs, dt: float) -> Sample | None:
         return None
     s.conditions = np.where(active, s.conditions & ~np.int32(MOMENTARY), s.conditions)
     z = _read_sample(s, p, u, dt, active)
+    zeroed = np.zeros_like(active)
+    if p.gyro_zero_samples > 0:
+        rate, zeroed = preprocessing.remove_gyro_zero(s, p, z, active & ~z.gyro_held)
+        z = z._replace(rate=rate)
     run = active & had_attitude
     if not had_attitude.all():
         z = z._replace(start=_initialise(s, p, z, active & ~had_attitude))
-    return _prepare_sample(s, p, z._replace(run=run)) if run.any() else z
+    if not run.any():
+        return z
+    z = _prepare_sample(s, p, z._replace(run=run))
+    # With a new zero of the gyroscope a filter begins again from its attitude.
+    again = run & zeroed
+    s.motion_accel = select(again, z.force + p.gravity * down_of(s.q), s.motion_accel)
+    return z._replace(start=z.start | again, turn=z.turn & ~again, run=run & ~again)
 
 
 def end(s: CommonState, p: Parameters, z: Sample, q: Array) -> None:
     """Take over the attitude after a sample; one that has lost its meaning is initialised anew."""
-    norm2 = dot(q, q)
-    lost = z.run & ~((norm2 > 1e-12) & np.isfinite(norm2))
+    q = unit(q)
+    lost = z.run & ~np.isfinite(q).all(axis=-1)
     alive = z.run & ~lost
-    refined = near(q * (1.5 - 0.5 * norm2[..., None]), s.q)
-    s.q = select(alive, refined, s.q)
+    s.q = select(alive, near(q, s.q), s.q)
     moving = z.force + p.gravity * down_of(s.q)
     s.motion_accel = select(alive & z.force_usable, moving, s.motion_accel)
     if lost.any():
@@ -296,7 +100,7 @@ def end(s: CommonState, p: Parameters, z: Sample, q: Array) -> None:
 
 
 def outputs(s: CommonState, p: Parameters, bias: Array) -> dict[str, NDArray[np.generic]]:
-    """Give the common outputs by name; `bias` (..., 3) is the gyroscope bias in inner axes."""
+    """Give the common outputs by name; `bias` (..., 3) is what the filter has learned, in inner axes."""
     frame = Frame(p.frame)
     q = _to_output_frame(p, s.q)
     euler = quaternion.to_euler(q)
@@ -306,7 +110,7 @@ def outputs(s: CommonState, p: Parameters, bias: Array) -> dict[str, NDArray[np.
         "pitch": euler[..., 1],
         "yaw": euler[..., 2],
         "rate": frames.body_vector(s.gyro - bias, Frame.NED, frame),
-        "gyro_bias": frames.body_vector(bias, Frame.NED, frame),
+        "gyro_bias": frames.body_vector(bias + preprocessing.gyro_zero(s), Frame.NED, frame),
         "motion_accel": frames.body_vector(s.motion_accel, Frame.NED, frame),
         "status": _status(s),
         "gyro_held": s.has(Condition.GYRO_HELD),
@@ -316,8 +120,9 @@ def outputs(s: CommonState, p: Parameters, bias: Array) -> dict[str, NDArray[np.
 
 
 def _to_output_frame(p: Parameters, q: Array) -> Array:
-    declined = quaternion.multiply(_turn_about_down(p.declination), q)
-    return _swap_frames(declined) if p.frame == "enu" else declined
+    if p.declination != 0.0:
+        q = quaternion.multiply(_turn_about_down(p.declination), q)
+    return _swap_frames(q) if p.frame == "enu" else q
 
 
 def _from_output_frame(p: Parameters, q: Array) -> Array:
@@ -328,36 +133,32 @@ def _from_output_frame(p: Parameters, q: Array) -> Array:
 def _swap_frames(q: Array) -> Array:
     """NED/FRD to ENU/FLU and back, with the sign of the C core."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    swapped: Array = np.sqrt(0.5) * np.stack((w + z, x + y, x - y, w - z), axis=-1)
+    swapped: Array = np.sqrt(0.5) * join(w + z, x + y, x - y, w - z)
     return swapped
 
 
 def _turn_about_down(angle: Array | float) -> Array:
     half = 0.5 * np.asarray(angle)
-    return np.stack((np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)), axis=-1)
-
-
-def _within(v: Array, limit: float) -> Mask:
-    # NaN compares as false.
-    return np.asarray((np.abs(v) <= limit).all(axis=-1))
-
-
-def _has_horizontal_part(mag: Array, vertical: Array) -> Mask:
-    across = cross(vertical, mag)
-    # Strict, so that a zero field has none.
-    return np.asarray(dot(across, across) > MAG_SINE**2 * dot(vertical, vertical) * dot(mag, mag))
+    return join(np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half))
 
 
 def _read_sample(s: CommonState, p: Parameters, u: Inputs, dt: float, active: Mask) -> Sample:
     frame = Frame(p.frame)
-    held = ~_within(u.gyro, GYRO_LIMIT)
+    # Comparisons fail for NaN and infinity.
+    held = ~(dot(u.gyro, u.gyro) <= GYRO_LIMIT**2)
     s.mark(Condition.GYRO_HELD, active & held)
     s.gyro = select(active & ~held, frames.body_vector(u.gyro, frame, Frame.NED), s.gyro)
-    least = ACCEL_LEAST * p.gravity
-    force_usable = u.accel_valid & _within(u.accel, ACCEL_LIMIT) & (dot(u.accel, u.accel) > least**2)
-    force = select(force_usable, frames.body_vector(u.accel, frame, Frame.NED), np.zeros_like(s.gyro))
-    mag_usable = u.mag_valid & _within(u.mag, MAG_LIMIT)
-    mag = select(mag_usable, frames.body_vector(u.mag, frame, Frame.NED), np.zeros_like(s.gyro))
+    force2, least2 = dot(u.accel, u.accel), (ACCEL_LEAST * p.gravity) ** 2
+    force_usable = u.accel_valid & (force2 > least2) & (force2 <= ACCEL_LIMIT**2)
+    force = masked(force_usable, frames.body_vector(u.accel, frame, Frame.NED))
+    if p.accel_cutoff > 0.0:
+        force = preprocessing.smooth_force(s, p, force, force_usable, dt, active)
+        force_usable = force_usable & (dot(force, force) > least2)
+    calibrated = preprocessing.calibrated_mag(p, u.mag)
+    field2 = dot(calibrated, calibrated)
+    # The reference field is zero until it is known.
+    mag_read = u.mag_valid & (field2 > MAG_LEAST**2 * dot(s.field, s.field)) & (field2 <= MAG_LIMIT**2)
+    mag = masked(mag_read, frames.body_vector(calibrated, frame, Frame.NED))
     vertical = select(force_usable, force, down_of(s.q))
     none = np.zeros_like(active)
     return Sample(
@@ -365,9 +166,10 @@ def _read_sample(s: CommonState, p: Parameters, u: Inputs, dt: float, active: Ma
         force=force,
         accel=force,
         mag=mag,
+        gyro_held=held,
         force_usable=force_usable,
         accel_usable=force_usable,
-        mag_usable=mag_usable & _has_horizontal_part(mag, vertical),
+        mag_usable=mag_read & has_horizontal_part(mag, vertical),
         start=none,
         turn=none,
         run=none,
@@ -385,7 +187,7 @@ def _learn_field(s: CommonState, p: Parameters, mag: Array, where: Mask) -> None
         return
     seen = where & (dot(mag, mag) > 0.0)
     m = quaternion.rotate(s.q, mag)
-    s.field = select(seen, np.stack((np.hypot(m[..., 0], m[..., 1]), m[..., 2]), axis=-1), s.field)
+    s.field = select(seen, join(np.hypot(m[..., 0], m[..., 1]), m[..., 2]), s.field)
     s.mark(Condition.HAS_FIELD, seen)
 
 
@@ -404,9 +206,8 @@ def _initialise(s: CommonState, p: Parameters, z: Sample, waiting: Mask) -> Mask
     else:
         complete = _average(s, p, z, waiting)
     s.mark(Condition.HAS_ATTITUDE, complete)
-    _learn_field(s, p, select(z.mag_usable, z.mag, np.zeros_like(z.mag)), complete)
-    moving = z.force + p.gravity * down_of(s.q)
-    moving = select(z.force_usable, moving, np.zeros_like(moving))
+    _learn_field(s, p, masked(z.mag_usable, z.mag), complete)
+    moving = masked(z.force_usable, z.force + p.gravity * down_of(s.q))
     s.motion_accel = select(complete, moving, s.motion_accel)
     s.assign(Condition.ACCEL_USED, z.force_usable, complete)
     s.assign(Condition.MAG_USED, z.mag_usable, complete)
@@ -422,8 +223,8 @@ def _average(s: CommonState, p: Parameters, z: Sample, waiting: Mask) -> Mask:
     s.mark(Condition.MAG_SUMMED, waiting & z.mag_usable)
     s.mark(Condition.MOVED, waiting & _moves(p, z))
     known = waiting & s.has(Condition.ACCEL_SUMMED) & (dot(s.accel_sum, s.accel_sum) > 0.0)
-    heading = s.has(Condition.MAG_SUMMED) & _has_horizontal_part(s.mag_sum, s.accel_sum)
-    mean_field = select(heading, s.mag_sum, np.zeros_like(s.mag_sum))
+    heading = s.has(Condition.MAG_SUMMED) & has_horizontal_part(s.mag_sum, s.accel_sum)
+    mean_field = masked(heading, s.mag_sum)
     s.q = select(known, attitude_of(s.accel_sum, mean_field), s.q)
     s.assign(Condition.HAS_HEADING, heading, known)
     return np.asarray(known & (s.elapsed >= p.init_time))
@@ -440,7 +241,6 @@ def _prepare_sample(s: CommonState, p: Parameters, z: Sample) -> Sample:
     learning = z.run & z.mag_usable & ~s.has(Condition.HAS_FIELD)
     if learning.any():
         _learn_field(s, p, z.mag, learning)
-    mag_usable = z.mag_usable & (dot(z.mag, z.mag) > MAG_LEAST**2 * dot(s.field, s.field))
     accel_usable, accel = z.force_usable, z.force
     if p.accel_gating:
         accel_usable = accel_usable & ~_gated(s, p, z)
@@ -451,8 +251,8 @@ def _prepare_sample(s: CommonState, p: Parameters, z: Sample) -> Sample:
         s.motion_accel = select(z.run & ~z.force_usable, motion, s.motion_accel)
     correcting = z.gain_dt > 0.0
     s.assign(Condition.ACCEL_USED, accel_usable & correcting, z.run)
-    s.assign(Condition.MAG_USED, mag_usable & correcting, z.run)
-    return z._replace(accel=accel, accel_usable=accel_usable, mag_usable=mag_usable, turn=turn, field=s.field)
+    s.assign(Condition.MAG_USED, z.mag_usable & correcting, z.run)
+    return z._replace(accel=accel, accel_usable=accel_usable, turn=turn, field=s.field)
 
 
 def _gated(s: CommonState, p: Parameters, z: Sample) -> Mask:
@@ -465,27 +265,19 @@ def _gated(s: CommonState, p: Parameters, z: Sample) -> Mask:
 
 
 def _status(s: CommonState) -> NDArray[np.int32]:
-    conditions = [
-        ~s.has(Condition.HAS_ATTITUDE) & s.has(Condition.MOVED),
-        ~s.has(Condition.HAS_ATTITUDE),
-        s.has(Condition.IMPLAUSIBLE),
-        s.has(Condition.COVARIANCE_RESET),
-        s.has(Condition.STEP_REJECTED),
-        s.has(Condition.GYRO_HELD),
-        ~s.has(Condition.ACCEL_USED),
-        ~s.has(Condition.MAG_USED),
-        s.has(Condition.MAG_DISTURBED),
-    ]
-    status = [
-        "initialising_in_motion",
-        "initialising",
-        "implausible",
-        "covariance_reset",
-        "step_rejected",
-        "gyro_held",
-        "accel_unused",
-        "mag_unused",
-        "mag_disturbed",
-    ]
-    numbers = [np.int32(STATUS.index(name)) for name in status]
-    return np.select(conditions, numbers, np.int32(0)).astype(np.int32)
+    # The worst condition last.
+    conditions = {
+        "mag_disturbed": s.has(Condition.MAG_DISTURBED),
+        "mag_unused": ~s.has(Condition.MAG_USED),
+        "accel_unused": ~s.has(Condition.ACCEL_USED),
+        "gyro_held": s.has(Condition.GYRO_HELD),
+        "step_rejected": s.has(Condition.STEP_REJECTED),
+        "covariance_reset": s.has(Condition.COVARIANCE_RESET),
+        "implausible": s.has(Condition.IMPLAUSIBLE),
+        "initialising": ~s.has(Condition.HAS_ATTITUDE),
+        "initialising_in_motion": ~s.has(Condition.HAS_ATTITUDE) & s.has(Condition.MOVED),
+    }
+    status = np.zeros_like(s.conditions)
+    for name, holds in conditions.items():
+        status = np.where(holds, np.int32(STATUS.index(name)), status)
+    return status

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_fmu.estimators import common
-from ahrs_fmu.estimators.common import (
+from ahrs_fmu.estimators.state import (
     Array,
     CommonState,
     Condition,
@@ -37,6 +37,9 @@ class Filter(ABC, Generic[S]):
         Shape of the batch; () is one run.
     """
 
+    corrects = True
+    """Whether accelerometer and magnetometer are used after the first attitude."""
+
     def __init__(self, p: Parameters, shape: tuple[int, ...] = ()) -> None:
         self.p = p
         self.shape = shape
@@ -62,19 +65,16 @@ class Filter(ABC, Generic[S]):
         Runs without a usable sensor hold zeros in its place; runs that do nothing now may hold anything.
         """
 
-    def gyro_bias(self, state: S) -> Array:
+    def gyro_bias(self, state: S) -> Array:  # noqa: ARG002
         """Give the estimated bias of the gyroscope (..., 3), rad/s; zero for a filter that has none."""
-        del state
         return np.zeros((*self.shape, 3))
 
-    def attitude_std(self, state: S) -> Array | None:
+    def attitude_std(self, state: S, q: Array) -> Array | None:  # noqa: ARG002
         """Give the standard deviation of the attitude about the body axes (..., 3), rad; None if unknown."""
-        del state
         return None
 
-    def covariance_reset(self, state: S) -> Mask | None:
+    def covariance_reset(self, state: S) -> Mask | None:  # noqa: ARG002
         """Where the last step had to reset the covariance; None for a filter that has none."""
-        del state
         return None
 
     def update(self, inputs: Inputs, dt: float) -> None:
@@ -88,7 +88,7 @@ class Filter(ABC, Generic[S]):
     def outputs(self) -> dict[str, NDArray[np.generic]]:
         """Give the outputs of the model by name, in the axes of the user."""
         result = common.outputs(self.common, self.p, self.gyro_bias(self.state))
-        std, reset = self.attitude_std(self.state), self.covariance_reset(self.state)
+        std, reset = self.attitude_std(self.state, self.common.q), self.covariance_reset(self.state)
         if std is not None:
             result["attitude_std"] = std
         if reset is not None:
@@ -97,18 +97,21 @@ class Filter(ABC, Generic[S]):
 
     def _advance(self, z: Sample) -> None:
         if z.start.any():
-            self.state = self._where(z.start, self.initial(self.common.q))
+            self.state = merged(z.start, self.initial(self.common.q), self.state)
         if z.turn.any():
-            self.state = self._where(z.turn, self.turned(self.state, self.common.q))
+            self.state = merged(z.turn, self.turned(self.state, self.common.q), self.state)
         if not z.run.any():
             return
         state, q = self.step(self.state, self.common.q, z)
-        self.state = state if z.run.all() else self._where(z.run, state)
+        self.state = state if z.run.all() else merged(z.run, state, self.state)
         common.end(self.common, self.p, z, q)
+        if not self.corrects:
+            self.common.assign(Condition.ACCEL_USED | Condition.MAG_USED, np.zeros_like(z.run), z.run)
         reset = self.covariance_reset(self.state)
         if reset is not None:
             self.common.mark(Condition.COVARIANCE_RESET, z.run & reset)
 
-    def _where(self, mask: Mask, new: S) -> S:
-        merged = (select(mask, a, b) for a, b in zip(new, self.state, strict=True))
-        return type(new)(*merged)
+
+def merged(where: Mask, new: S, old: S) -> S:
+    """State whose runs are those of `new` where a mask is true and those of `old` elsewhere."""
+    return type(new)(*(select(where, a, b) for a, b in zip(new, old, strict=True)))

@@ -1,4 +1,4 @@
-"""Generalized complementary filter (docs/algorithms.md section 6)."""
+"""Generalized complementary filter (docs/algorithms.md section 5)."""
 
 from __future__ import annotations
 
@@ -7,22 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ahrs_fmu import quaternion
-from ahrs_fmu.estimators.common import (
-    Array,
-    Mask,
-    Parameters,
-    Sample,
-    attitude_from_axes,
-    attitude_of,
-    cross,
-    dot,
-    down_of,
-    norm,
-    north_of,
-    select,
-    unit,
-)
 from ahrs_fmu.estimators.filter import Filter
+from ahrs_fmu.estimators.geometry import attitude_from_axes, dot, down_of, north_of, unit
+from ahrs_fmu.estimators.state import Array, Parameters, Sample
+from ahrs_fmu.estimators.vectors import attitude_error, coupled_error, decoupled_error
+from ahrs_fmu.quaternion import cross
 
 
 class State(NamedTuple):
@@ -89,51 +78,11 @@ class GCF(Filter[State]):
 def error(p: Parameters, down: Array, north: Array, z: Sample) -> Array:
     """Rotation vector (..., 3) in body axes that corrects an attitude given by its down and north."""
     if p.form == "attitude":
-        return attitude_error(down, north, z)
+        q = attitude_from_axes(np.stack((north, cross(down, north), down), axis=-2))
+        return attitude_error(q, z)
     if p.error == "coupled":
         return coupled_error(p.kg, p.kh, down, north, z)
     return decoupled_error(down, north, z)
-
-
-def tilt_error(down: Array, z: Sample) -> Array:
-    """Measured cross expected direction of the specific force."""
-    return masked(z.accel_usable, cross(down, unit(z.accel)))
-
-
-def decoupled_error(down: Array, north: Array, z: Sample) -> Array:
-    """Tilt from gravity, heading from the horizontal field: loop gain one on all axes."""
-    x, y = dot(north, z.mag), dot(cross(down, north), z.mag)
-    length = np.hypot(x, y)
-    heading = masked(z.mag_usable & (length > 0.0), (-y / length)[..., None] * down)
-    return tilt_error(down, z) + heading
-
-
-def coupled_error(kg: float, kh: float, down: Array, north: Array, z: Sample) -> Array:
-    """Both cross products, measured x expected: loop gain kg (I - gg') + kh (I - hh')."""
-    field = z.field[..., :1] * north + z.field[..., 1:] * down
-    heading = masked(z.mag_usable & (norm(field) > 0.0), cross(unit(z.mag), unit(field)))
-    return kg * tilt_error(down, z) + kh * heading
-
-
-def attitude_error(down: Array, north: Array, z: Sample) -> Array:
-    """Rotation from the given attitude to the one that accelerometer and magnetometer show.
-
-    Without a usable magnetometer it is the shortest one that brings down to its measured direction.
-    """
-    q = attitude_from_axes(np.stack((north, cross(down, north), down), axis=-2))
-    both = z.accel_usable & z.mag_usable
-    shown = select(both, attitude_of(z.accel, z.mag), q)
-    full = quaternion.log(quaternion.multiply(quaternion.conjugate(q), shown))
-    measured = unit(-z.accel)
-    axis = cross(measured, down)
-    sine = norm(axis)
-    tilt = masked(sine > 0.0, (np.arctan2(sine, dot(measured, down)) / sine)[..., None] * axis)
-    return select(both, full, select(z.accel_usable, tilt, decoupled_error(down, north, z)))
-
-
-def masked(where: Mask, vector: Array) -> Array:
-    """Vectors (..., 3) where a mask is true, zero elsewhere."""
-    return select(where, vector, np.zeros_like(vector))
 
 
 def turn_matrix(axes: Array, v: Array) -> Array:

@@ -12,20 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_fmu import frames, quaternion
-from ahrs_fmu.estimators.common import (
-    LONGEST_STEP,
-    Array,
-    Condition,
-    Mask,
-    Parameters,
-    Sample,
-    cross,
-    dot,
-    down_of,
-    select,
-)
+from ahrs_fmu.estimators.common import LONGEST_STEP
 from ahrs_fmu.estimators.filter import Filter
+from ahrs_fmu.estimators.geometry import dot, down_of
+from ahrs_fmu.estimators.state import Array, Condition, Mask, Parameters, Sample, select
 from ahrs_fmu.frames import Frame
+from ahrs_fmu.quaternion import cross
 
 FIELD, IRON, GYRO, SCALE = slice(0, 3), slice(3, 6), slice(7, 10), slice(10, 19)
 LATENCY = 6
@@ -37,7 +29,7 @@ PROFILE_TIME = {"hand": 3.5, "multirotor": 10.0}
 """s, time constant of the tilt."""
 BIAS_GROWTH = np.radians(0.1)
 """rad/s, in bias_forget_time."""
-REST_TIME, REST_FILTER_TIME = 1.5, 0.5
+REST_TIME, REST_START_TIME, REST_FILTER_TIME = 1.4999, 0.4999, 0.5
 REST_GYRO, REST_ACCEL = np.radians(2.0), 0.5
 IRON_VARIANCE_MAX = 4.0
 IRON_MAX, SCALE_MAX, LATENCY_MAX = 10.0, 0.2, 0.1
@@ -51,6 +43,9 @@ LOST = 0.03
 TURNED = 6e-4
 EVIDENCE_DECIDES = np.exp(8.0)
 NEW, OPEN, ANSWERED = 0, 1, 2
+CALM, SUSPECT, STRANGE, OTHER = 0, 1, 2, 3
+VIEWS_REFUTE, VIEWS_PROVE = 6.0, 2.0
+OLD_FIELD_TIME, OLD_FIELD_FITS = 2.0, 1.5
 PHASES = 11
 
 
@@ -91,6 +86,10 @@ class State(NamedTuple):
         Corrections it has collected.
     mag_scale, misfit, excess : ndarray (...)
         Magnetometer: unit, mean squared misfit, its excess.
+    change : ndarray (...) of int
+        The field: as it was, suspect, another one and not known, another one and known.
+    iron_known, change_views, fit_views, old_misfit, calm_field, calm_iron, north_angle : ndarray
+        What tells a change of the field from one of the hard iron.
     question : ndarray (...) of int
         Is the magnetometer calibrated: not yet asked, open, answered.
     alt_x, alt_cov, alt_q, alt_misfit, alt_jump, alt_probability : ndarray
@@ -153,6 +152,14 @@ class State(NamedTuple):
     mag_scale: Array
     misfit: Array
     excess: Array
+    change: NDArray[np.int64]
+    iron_known: Mask
+    change_views: Array
+    fit_views: Array
+    old_misfit: Array
+    calm_field: Array
+    calm_iron: Array
+    north_angle: Array
     question: NDArray[np.int64]
     alt_x: Array
     alt_cov: Array
@@ -176,6 +183,7 @@ SHAPES: dict[str, tuple[int, ...]] = {
     "cov": (N, N),
     "sum_sens": (3, G),
     "heading": (2,),
+    "north_angle": (2,),
     "rest_one": (6,),
     "rest_two": (6,),
     "sens_level": (2, G + 1),
@@ -189,7 +197,7 @@ SHAPES: dict[str, tuple[int, ...]] = {
     **dict.fromkeys(("q_int", "q_tilt", "q_level", "q_north", "mag_q", "job_q", "alt_q"), (4,)),
     **dict.fromkeys(("sum_force", "sum_error", "turn", "rate", "mag", "mag_rate", "rest_gyro"), (3,)),
     **dict.fromkeys(("tilt_slope", "tilt_force", "job_drift", "job_mag", "job_rate", "job_nu"), (3,)),
-    **dict.fromkeys(("seen_force", "seen_field"), (3,)),
+    **dict.fromkeys(("seen_force", "seen_field", "calm_field", "calm_iron"), (3,)),
 }
 """Trailing shapes of the fields of `State` that are not scalars."""
 
@@ -204,10 +212,11 @@ MASKS = frozenset(
         "has_seen_field",
         "realign",
         "first_kept",
+        "iron_known",
         "reset",
     )
 )
-INTEGERS = frozenset(("phase", "question"))
+INTEGERS = frozenset(("phase", "change", "question"))
 
 
 class Work:
@@ -286,7 +295,7 @@ class KCF(Filter[State]):
         p = self.p
         integrate(s, p, z, where, turn_time)
         detect_rest(s, z, where)
-        half = 0.5 * z.dt
+        half = 0.499 * z.dt
         due = where & (s["block_time"] + half >= p.slow_period)
         if due.any():
             run_phases(s, p, np.where(due, PHASES, 0))
@@ -453,7 +462,7 @@ def detect_rest(s: Work, z: Sample, where: Mask) -> None:
     """Low-pass gyroscope and accelerometer, see whether they stay near their averages."""
     usable = where & z.force_usable & ~(s["blind"] > 0.0)
     values = np.concatenate((z.rate, z.force), axis=-1)
-    starting = usable & (s["rest_age"] < REST_FILTER_TIME)
+    starting = usable & (s["rest_age"] < REST_START_TIME)
     running = usable & ~starting
     low = values
     if starting.any():
@@ -461,7 +470,7 @@ def detect_rest(s: Work, z: Sample, where: Mask) -> None:
         s.put(starting, "rest_count", s["rest_count"] + 1.0)
         s.put(starting, "rest_two", s["rest_two"] + values)
         mean = s["rest_two"] / s["rest_count"][..., None]
-        s.put(starting & (s["rest_age"] >= REST_FILTER_TIME), "rest_two", mean)
+        s.put(starting & (s["rest_age"] >= REST_START_TIME), "rest_two", mean)
         low = select(starting, mean, low)
     if running.any():
         g = np.tan(z.dt / (np.sqrt(2.0) * REST_FILTER_TIME))
@@ -613,7 +622,7 @@ def compare_senses(sense: Array, power: Array, now: Array, before: Array, turn: 
 
 def disturbed(s: State, p: Parameters) -> Mask:
     """Where the field does not fit what has been learned."""
-    return np.asarray(s.misfit > p.jump_threshold)
+    return np.asarray((s.misfit > p.jump_threshold) | (s.change >= STRANGE))
 
 
 def implausible(s: State, p: Parameters) -> Mask:
@@ -764,11 +773,13 @@ def expect_field(s: Work, p: Parameters, where: Mask) -> None:
             aligned(s["alt_x"], level_field(s, r, s["alt_x"][..., 3:]))[..., :2],
         )
         s.put(lost, "realign", 0.0)
-    nu = field - s["x"][..., FIELD]
-    s.put(where, "job_nu", nu)
+        s.put(lost, "change", CALM)
     rate2 = dot(s["job_rate"], s["job_rate"])
     settling = p.mag_tilt_noise**2 * np.exp(-s["tilt_age"] / tilt_time(p))
     expected = p.mag_noise**2 + p.mag_rate_noise**2 * rate2 + settling
+    judge_field(s, p, where, r, expected)
+    nu = level_field(s, r, s["x"][..., IRON]) - s["x"][..., FIELD]
+    s.put(where, "job_nu", nu)
     misfit2 = dot(nu, nu) / 3.0
     ratio = misfit2 / expected
     misfit, excess = excess_of(p, s["misfit"], ratio, expected, interval)
@@ -786,6 +797,64 @@ def expect_field(s: Work, p: Parameters, where: Mask) -> None:
     if asked.any():
         unexplained = p.uncalibrated_std**2 * rotation_difference(s["job_q"], s["alt_q"]) / 3.0
         change_alternative(s, p, misfit2 / (expected + unexplained), asked)
+
+
+def renew_field(s: Work, p: Parameters, where: Mask, field: Array, variance: float, change: int) -> None:
+    """Take field and hard iron from before a change, or the field that is seen."""
+    if not where.any():
+        return
+    put_part(s, where, "x", FIELD, field)
+    put_part(s, where, "x", IRON, s["calm_iron"])
+    cov = s["cov"].copy()
+    cov[..., :6, :], cov[..., :, :6] = 0.0, 0.0
+    cov[..., :6, :6] = np.diag([variance] * 3 + [p.hard_iron_std**2] * 3)
+    s.put(where, "cov", cov)
+    for name, value in (("misfit", 1.0), ("excess", 0.0), ("old_misfit", MISFIT_MAX), ("change", change)):
+        s.put(where, name, value)
+    for name in ("change_views", "fit_views"):
+        s.put(where, name, 0.0)
+
+
+def judge_field(s: Work, p: Parameters, where: Mask, r: Array, expected: Array) -> None:
+    """Tell a change of the field from one of the hard iron, and keep north until the old field is back."""
+    misfit, fits = s["misfit"] > p.jump_threshold, s["misfit"] < 0.5 * p.jump_threshold
+    views = s["job_mag_time"] * np.minimum(VIEWS_MAX, np.sqrt(s["job_rate2"]) / VIEW_ANGLE)
+    s.put(where, "change_views", s["change_views"] + np.where(misfit, views, 0.0))
+    s.put(where, "fit_views", np.where(fits, s["fit_views"] + views, 0.0))
+    certain = (np.diagonal(s["cov"], axis1=-2, axis2=-1)[..., IRON] < p.hard_iron_std**2).all(axis=-1)
+    certain = certain & (s.mask("iron_known") | (s["fit_views"] > VIEWS_REFUTE))
+    s.put(where & (s["change"] == CALM) & ~misfit, "iron_known", certain)
+    calm = (s["change"] == CALM) & ~(misfit & s.mask("iron_known"))
+    calm = where & ((s["question"] == OPEN) | calm | (not p.refine))
+    s.put(calm, "calm_field", s["x"][..., FIELD])
+    s.put(calm, "calm_iron", s["x"][..., IRON])
+    s.put(calm, "change_views", 0.0)
+    suspect = where & ~calm & (s["change"] <= SUSPECT)
+    changed = where & ~calm & ~suspect
+    s.put(calm, "change", CALM)
+    s.put(suspect, "change", np.where(s["fit_views"] > VIEWS_PROVE, CALM, SUSPECT))
+    refuted = suspect & (s["change_views"] > VIEWS_REFUTE)
+    renew_field(s, p, refuted, level_field(s, r, s["calm_iron"]), 1.0, STRANGE)
+    if not changed.any():
+        return
+    off = level_field(s, r, s["calm_iron"]) - s["calm_field"]
+    ratio = np.minimum(dot(off, off) / (3.0 * expected), MISFIT_MAX)
+    weight = np.where(s["old_misfit"] < MISFIT_MAX, np.minimum(s["job_mag_time"] / OLD_FIELD_TIME, 1.0), 1.0)
+    s.put(changed, "old_misfit", s["old_misfit"] + weight * (ratio - s["old_misfit"]))
+    back = changed & (s["old_misfit"] < OLD_FIELD_FITS)
+    strange = changed & ~back & misfit
+    other = changed & ~back & ~misfit
+    known = other & (s["change"] == OTHER)
+    proven = other & ~known & (s["fit_views"] > VIEWS_PROVE)
+    renew_field(s, p, back, s["calm_field"], p.mag_noise**2, CALM)
+    s.put(strange, "change", STRANGE)
+    a, b, angle = s["x"][..., :2], s["calm_field"], s["north_angle"]
+    seen = np.stack((dot(angle * [1.0, -1.0], a), dot(angle[..., ::-1], a)), axis=-1)
+    s.put(known, "calm_field", aligned(b, seen))
+    scale = 1.0 / np.sqrt(dot(a, a) * dot(b[..., :2], b[..., :2]))
+    across = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    s.put(proven, "north_angle", scale[..., None] * np.stack((dot(a, b[..., :2]), across), axis=-1))
+    s.put(proven, "change", OTHER)
 
 
 def put_part(s: Work, where: Mask, name: str, part: slice, value: Array) -> None:
@@ -935,7 +1004,8 @@ def conclude(s: Work, p: Parameters, where: Mask) -> None:
         return
     same = np.bool_(p.refine) & (rotation_difference(s["job_q"], s["alt_q"]) < TURNED)
     other = np.where((s["question"] == OPEN) & ~same, s["alt_probability"], 0.0)[..., None]
-    field = (1.0 - other) * s["x"][..., :2] + other * s["alt_x"][..., :2]
+    held = select(s["change"] >= STRANGE, s["calm_field"][..., :2], s["x"][..., :2])
+    field = (1.0 - other) * held + other * s["alt_x"][..., :2]
     length = np.sqrt(dot(field, field))
     cosine, sine = field[..., 0] / length, -field[..., 1] / length
     near, far = np.sqrt(0.5 * (1.0 + cosine)), np.sqrt(0.5 * (1.0 - cosine))

@@ -4,22 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_fmu.descriptors import Descriptor
 from ahrs_fmu.errors import ParameterError
-from ahrs_fmu.estimators.common import CommonState, Inputs, Parameters
+from ahrs_fmu.estimators.adaptive_ckf import AdaptiveCKF
+from ahrs_fmu.estimators.cg_ekf import CGEKF
+from ahrs_fmu.estimators.complementary import Complementary
 from ahrs_fmu.estimators.filter import Filter
 from ahrs_fmu.estimators.gcf import GCF
+from ahrs_fmu.estimators.improved_ekf import ImprovedEKF
 from ahrs_fmu.estimators.kcf import KCF
+from ahrs_fmu.estimators.mahony import Mahony
+from ahrs_fmu.estimators.mahony_ekf import MahonyEKF
+from ahrs_fmu.estimators.mekf import MEKF
+from ahrs_fmu.estimators.state import CommonState, Inputs, Parameters
+from ahrs_fmu.estimators.strapdown import Strapdown
+from ahrs_fmu.estimators.ukf import UKF
 
 Numbers = NDArray[np.float64] | NDArray[np.int32]
 
-FILTERS: dict[str, type[Filter[tuple[NDArray[np.generic], ...]]]] = {
-    "gcf": GCF,  # type: ignore[dict-item]
-    "kcf": KCF,  # type: ignore[dict-item]
+FILTERS: dict[str, type[Filter[Any]]] = {
+    "adaptive_ckf": AdaptiveCKF,
+    "cg_ekf": CGEKF,
+    "complementary": Complementary,
+    "gcf": GCF,
+    "improved_ekf": ImprovedEKF,
+    "kcf": KCF,
+    "mahony": Mahony,
+    "mahony_ekf": MahonyEKF,
+    "mekf": MEKF,
+    "strapdown": Strapdown,
+    "ukf": UKF,
 }
 """Class of every model that has a numpy back-end."""
 
@@ -83,6 +102,14 @@ class NumpyModel:
         numbers = self._numbers(name, values)
         return numbers if self._variables[name].size > 1 else numbers[..., None]
 
+    def set_inputs(self, inputs: Mapping[str, NDArray[np.generic]]) -> None:
+        """Write all inputs at once: arrays of their own that have the shape and type of `get`."""
+        self._inputs = dict(inputs)
+
+    def outputs(self) -> dict[str, NDArray[np.generic]]:
+        """Every output as it is now: (...) or (..., size)."""
+        return self._filter.outputs()
+
     def reset(self) -> None:
         """State as before the first sample."""
         self._filter.reset()
@@ -110,8 +137,8 @@ class NumpyModel:
         expected = len(self.save())
         if len(saved) != expected:
             raise ValueError(
-                f"the saved state has {len(saved)} bytes; {self.descriptor.title} for a batch of {self.shape} "
-                f"has {expected}"
+                f"the saved state has {len(saved)} bytes; "
+                f"{self.descriptor.title} for a batch of {self.shape} has {expected}"
             )
         position = 0
 
@@ -172,7 +199,7 @@ class NumpyModel:
         full: NDArray[np.generic] = np.broadcast_to(
             np.asarray(array, dtype=kind), (*self.shape, count, *size)
         )
-        return np.ascontiguousarray(np.moveaxis(full, len(self.shape), 0))
+        return np.moveaxis(full, len(self.shape), 0)
 
     def _sample(self) -> Inputs:
         return Inputs(*(self._inputs[name] for name in Inputs._fields))  # type: ignore[arg-type]

@@ -19,6 +19,7 @@ _NOT_CODE = re.compile(r'(/\*.*?\*/|"(?:\\.|[^"\\\n])*")', re.DOTALL)
 _STATIC = re.compile(r"^(?:static|AHRS_INLINE)\b[^;={(]*?\b(\w+)\s*(?:\(|\[|=)", re.MULTILINE)
 _STATIC_STRUCT = re.compile(r"^static const struct \{.*?^\} (\w+)\[", re.MULTILINE | re.DOTALL)
 _TYPE = re.compile(r"^\} (\w+);", re.MULTILINE)
+_STRUCT = re.compile(r"^(?:typedef|static const) struct (?:\w+ )?\{.*?^\}", re.MULTILINE | re.DOTALL)
 _ENUM = re.compile(r"^enum (?:\w+ )?\{(.*?)\}", re.MULTILINE | re.DOTALL)
 _MACRO = re.compile(r"^#define (\w+)", re.MULTILINE)
 _PUBLIC_FUNCTION = re.compile(r"^void (ahrs_\w+)\(", re.MULTILINE)
@@ -76,14 +77,23 @@ def _local_names(text: str) -> set[str]:
     return names
 
 
+def _spans(pattern: re.Pattern[str], text: str) -> list[range]:
+    return [range(*match.span()) for match in pattern.finditer(text)]
+
+
 def _prefixed(text: str, prefix: str, names: set[str]) -> str:
     if not names:
         return text
-    # Members keep their names: they are those of the public structs.
-    local = re.compile(rf"(?<![\w.])(?<!->)({'|'.join(sorted(names))})\b")
-    parts = _NOT_CODE.split(text)
-    parts[::2] = [local.sub(rf"{prefix}_\1", part) for part in parts[::2]]
-    return "".join(parts)
+    not_code, structs = _spans(_NOT_CODE, text), _spans(_STRUCT, text)
+
+    # Members keep their names, where they are used and where they are declared.
+    def renamed(match: re.Match[str]) -> str:
+        at, after = match.start(), text[match.end()]
+        declares_member = after in ";,[" and any(at in struct for struct in structs)
+        skipped = declares_member or any(at in span for span in not_code)
+        return match[0] if skipped else f"{prefix}_{match[0]}"
+
+    return re.sub(rf"(?<![\w.])(?<!->)(?:{'|'.join(sorted(names))})\b", renamed, text)
 
 
 def _model(name: str, done: set[Path]) -> str:

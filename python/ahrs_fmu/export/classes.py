@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from ahrs_fmu.estimator import Estimator
+from ahrs_fmu.estimator import Backend, Estimator
 from ahrs_fmu.host_library import Precision
 '''
 
@@ -74,15 +74,17 @@ def _class(descriptor: Descriptor) -> list[str]:
     lines += ["", "    Parameters", "    ----------"]
     for parameter in parameters:
         lines += _doc(descriptor, parameter)
-    lines += ['    precision : {"double", "single"}', "        Floating-point type of the computation.", ""]
+    lines += ['    precision : {"double", "single"}', "        Floating-point type of the computation."]
+    lines += ['    backend : {"c", "numpy"}', "        Who computes: the C code, or its twin in numpy.", ""]
     lines += ["    Raises", "    ------", "    ParameterError"]
     lines += ["        If a value is outside its limits, or values contradict each other.", '    """', ""]
     lines += ["    def __init__(", "        self,", "        *,"]
     lines += [f"        {p.name}: {_annotation(descriptor, p)} = {_default(p)}," for p in parameters]
-    lines += ['        precision: Precision = "double",', "    ) -> None:", "        super().__init__("]
+    lines += ['        precision: Precision = "double",', '        backend: Backend = "c",', "    ) -> None:"]
+    lines += ["        super().__init__("]
     lines += [f'            "{descriptor.name}",', "            {"]
     lines += [f'                "{p.name}": {p.name},' for p in parameters]
-    lines += ["            },", "            precision,", "        )"]
+    lines += ["            },", "            precision,", "            backend,", "        )"]
     return lines
 
 

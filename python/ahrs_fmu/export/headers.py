@@ -53,7 +53,7 @@ def _struct(type_name: str, common: str, fields: Sequence[_Field]) -> list[str]:
     for field in sorted(fields, key=lambda field: not field.is_real):
         c_type = "ahrs_real" if field.is_real else "int32_t"
         declaration = f"{c_type} {field.name}{f'[{field.size}]' if field.size > 1 else ''};"
-        lines.append(f"    {declaration} /* {field.comment} */")
+        lines.append(f"    {declaration} /* {_plain(field.comment)} */")
     if len(lines) == 1:
         lines.append("    int32_t unused; /* a struct needs a member */")
     return [*lines, f"}} {type_name};", ""]
@@ -65,14 +65,21 @@ def constant(prefix: str, enumeration: str, item: str) -> str:
 
 
 def _enum(prefix: str, name: str, enumeration: Enumeration) -> list[str]:
-    lines = [f"/* {enumeration.description} */", "enum {"]
+    lines = [f"/* {_plain(enumeration.description)} */", "enum {"]
     for item in enumeration.items:
-        lines.append(f"    {constant(prefix, name, item.name)} = {item.value}, /* {item.description} */")
+        lines.append(
+            f"    {constant(prefix, name, item.name)} = {item.value}, /* {_plain(item.description)} */"
+        )
     return [*lines, "};", ""]
 
 
+def _plain(text: str) -> str:
+    """Text that neither ends nor begins a comment."""
+    return text.replace("*/", "* /").replace("/*", "/ *")
+
+
 def _comment(text: str) -> list[str]:
-    body = wrap(text, 106)
+    body = wrap(_plain(text), 106)
     return [f"/* {body[0]}", *(f" * {line}" for line in body[1:])] if body else ["/*"]
 
 
@@ -165,6 +172,15 @@ def _member(descriptor: Descriptor, variable: Variable) -> str:
     return f"{part}.{common}{variable.name}"
 
 
+def _c_text(text: str) -> str:
+    """A string literal; what is not ASCII is written byte by byte."""
+    escaped = "".join(
+        chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
+        for byte in text.encode()
+    )
+    return f'"{escaped}"'
+
+
 def _c_number(value: float | None, otherwise: str) -> str:
     return otherwise if value is None else repr(float(value))
 
@@ -235,7 +251,7 @@ def _limit_lines(descriptor: Descriptor) -> list[str]:
             "",
         ]
         rows.append(
-            f'    {{"{limit.rule}", "{limit.says}", {str(limit.warning).lower()}, '
+            f"    {{{_c_text(limit.rule)}, {_c_text(limit.says)}, {str(limit.warning).lower()}, "
             f"limit_{index}_vrs, {len(parameters)}, limit_{index}}},"
         )
     if rows:
@@ -243,8 +259,11 @@ def _limit_lines(descriptor: Descriptor) -> list[str]:
     return lines
 
 
-def model_table(descriptor: Descriptor) -> str:
-    """Text of ``models/NAME/NAME_table.c``: what the FMI layer and the host library need to know."""
+def model_table(descriptor: Descriptor, *, is_compiled: bool = True) -> str:
+    """Text of ``models/NAME/NAME_table.c``: what the FMI layer and the host library need to know.
+
+    Unless `is_compiled` it names no functions of the model, which is computed elsewhere.
+    """
     name, prefix = descriptor.name, f"ahrs_{descriptor.name}"
     parts = ", ".join(f"{{offsetof(instance, {m}), sizeof(((instance *)0)->{m})}}" for m in _MEMBERS)
     sample_time = _member(descriptor, descriptor.parameter("sample_time"))
@@ -280,6 +299,21 @@ def model_table(descriptor: Descriptor) -> str:
         f"    {prefix}_defaults(&i->params, &i->inputs);",
         "}",
         "",
+        *(_calls(prefix) if is_compiled else []),
+        f"extern const fmu_model {prefix}_model;",
+        f"const fmu_model {prefix}_model = {{",
+        f'    "{name}", "{descriptor.title}", sizeof(instance), {parts},',
+        f"    offsetof(instance, {sample_time}), {descriptor.default_sample_time!r},",
+        "    variables, sizeof variables / sizeof variables[0],",
+        "    limits, sizeof limits / sizeof limits[0]," if descriptor.limits else "    NULL, 0,",
+        f"    defaults, {'init, update, compute_outputs' if is_compiled else 'NULL, NULL, NULL'}}};",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _calls(prefix: str) -> list[str]:
+    return [
         "static void init(void *data) {",
         "    instance *i = data;",
         f"    {prefix}_init(&i->state, &i->params);",
@@ -295,16 +329,7 @@ def model_table(descriptor: Descriptor) -> str:
         f"    {prefix}_outputs(&i->state, &i->params, &i->outputs);",
         "}",
         "",
-        f"extern const fmu_model {prefix}_model;",
-        f"const fmu_model {prefix}_model = {{",
-        f'    "{name}", "{descriptor.title}", sizeof(instance), {parts},',
-        f"    offsetof(instance, {sample_time}), {descriptor.default_sample_time!r},",
-        "    variables, sizeof variables / sizeof variables[0],",
-        "    limits, sizeof limits / sizeof limits[0]," if descriptor.limits else "    NULL, 0,",
-        "    defaults, init, update, compute_outputs};",
-        "",
     ]
-    return "\n".join(lines)
 
 
 def generated() -> dict[Path, str]:

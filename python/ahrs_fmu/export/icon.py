@@ -32,7 +32,8 @@ def horizon_svg() -> str:
         f'<rect x="-130" y="10" width="260" height="140" fill="{_GROUND}"/>\n'
         f'<rect x="-130" y="8" width="260" height="4" fill="{_LINE}"/>\n'
         + "".join(
-            f'<rect x="{-w}" y="{y - 1.5:g}" width="{2 * w}" height="3" fill="{_LINE}"/>\n' for y, w in _LADDER
+            f'<rect x="{-w}" y="{y - 1.5:g}" width="{2 * w}" height="3" fill="{_LINE}"/>\n'
+            for y, w in _LADDER
         )
         + "</g></g>\n"
         + "".join(

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from ahrs_fmu.descriptors import TIME_VR, Descriptor, Variable
-from ahrs_fmu.export.units import display_factor, parse
 from ahrs_fmu.export.variant import Variant
+from ahrs_fmu.units import factor, parse
 from ahrs_fmu.version import __version__
 
 LOG_CATEGORIES = {
@@ -65,7 +65,8 @@ def model_description(variant: Variant, source_files: Sequence[str]) -> bytes:
 def to_bytes(root: Element) -> bytes:
     """An XML document with indentation."""
     ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+    text: bytes = ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text + b"\n"
 
 
 def build_description(variant: Variant, source_files: Sequence[str]) -> bytes:
@@ -92,7 +93,9 @@ def terminals_and_icons(variant: Variant) -> bytes:
         ("inputs", "All inputs", descriptor.inputs, -ICON_SIZE),
         ("outputs", "All outputs", descriptor.outputs, ICON_SIZE),
     ):
-        terminal = SubElement(terminals, "Terminal", name=name, matchingRule="bus", description=f"{kind} as one bus")
+        terminal = SubElement(
+            terminals, "Terminal", name=name, matchingRule="bus", description=f"{kind} as one bus"
+        )
         names = {variable.name for variable in variables}
         for item in exposed(descriptor, arrays=variant.has_arrays):
             if item.variable.name in names:
@@ -172,10 +175,12 @@ def _add_units(root: Element, descriptor: Descriptor) -> None:
     for name in sorted(units):
         unit = SubElement(definitions, "Unit", name=name)
         parsed = parse(name)
-        base = {power: str(exponent) for power, exponent in sorted(parsed.powers.items())}
-        SubElement(unit, "BaseUnit", base | ({} if parsed.scale == 1.0 else {"factor": _number(parsed.scale)}))
+        if parsed.has_whole_powers:
+            base = {power: f"{exponent:.0f}" for power, exponent in sorted(parsed.powers.items())}
+            scale = {} if parsed.scale == 1.0 else {"factor": _number(parsed.scale)}
+            SubElement(unit, "BaseUnit", base | scale)
         for display in sorted(units[name]):
-            SubElement(unit, "DisplayUnit", name=display, factor=_number(display_factor(name, display)))
+            SubElement(unit, "DisplayUnit", name=display, factor=_number(factor(name, display)))
 
 
 def _add_log_categories(root: Element) -> None:
@@ -205,7 +210,7 @@ def _fmi2(variant: Variant, source_files: Sequence[str]) -> Element:
         root,
         "CoSimulation",
         modelIdentifier=descriptor.title,
-        needsExecutionTool="false",
+        needsExecutionTool="true" if variant.backend == "python" else "false",
         canHandleVariableCommunicationStepSize="true",
         canInterpolateInputs="false",
         maxOutputDerivativeOrder="0",
@@ -280,7 +285,7 @@ def _fmi3(variant: Variant, source_files: Sequence[str]) -> Element:
         root,
         "CoSimulation",
         modelIdentifier=descriptor.title,
-        needsExecutionTool="false",
+        needsExecutionTool="true" if variant.backend == "python" else "false",
         canBeInstantiatedOnlyOncePerProcess="false",
         canGetAndSetFMUState="true",
         canSerializeFMUState="true",
@@ -293,7 +298,9 @@ def _fmi3(variant: Variant, source_files: Sequence[str]) -> Element:
         for name in used:
             description = descriptor.enumerations[name].description
             _add_items(
-                SubElement(types, "EnumerationType", name=f"{name}_type", description=description), descriptor, name
+                SubElement(types, "EnumerationType", name=f"{name}_type", description=description),
+                descriptor,
+                name,
             )
     _add_log_categories(root)
     _add_experiment(root, descriptor)

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import sys
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import msgspec
+
 from ahrs_fmu import descriptors
-from ahrs_fmu.errors import BuildError
+from ahrs_fmu.component import describe
+from ahrs_fmu.errors import BuildError, ParameterError
+from ahrs_fmu.estimators.model import FILTERS
 from ahrs_fmu.export import documentation, icon
 from ahrs_fmu.export.binaries import compile_binaries
 from ahrs_fmu.export.model_description import build_description, model_description, terminals_and_icons
 from ahrs_fmu.export.source_code import source_files
-from ahrs_fmu.export.variant import Fmi, Variant
-from ahrs_fmu.native import Precision
+from ahrs_fmu.export.variant import Backend, Fmi, Variant
+from ahrs_fmu.host_library import Precision
+from ahrs_fmu.serve.resources import FILE, INTERPRETER_FILE, Resources, load_class
 from ahrs_fmu.sources import fmu_src
 from ahrs_fmu.toolchain import host_platform
 
@@ -28,6 +34,7 @@ def build_fmu(
     fmi: Fmi,
     platforms: Sequence[str] | None = None,
     precision: Precision = "double",
+    backend: Backend = "c",
     output: Path,
 ) -> Path:
     """Build one FMU of a model.
@@ -42,8 +49,11 @@ def build_fmu(
         FMI 3 names of the platforms to build for; by default the host. FMI 2 has no ``aarch64-linux``.
     precision : {"double", "single"}
         Floating-point type inside.
+    backend : {"c", "python"}
+        ``python`` runs the numpy class of the model in a Python process.
     output : Path
-        Build folder; the file is ``fmi2/TITLE.fmu``, ``fmi3/TITLE.fmu`` or ``fmi3-scalar/TITLE.fmu`` in it.
+        Build folder; the file is ``fmi2/TITLE.fmu``, ``fmi3/TITLE.fmu`` or ``fmi3-scalar/TITLE.fmu`` in it,
+        and with the Python back-end ``python/fmi2/TITLE.fmu`` and so on.
 
     Returns
     -------
@@ -53,14 +63,48 @@ def build_fmu(
     Raises
     ------
     ParameterError
-        If there is no such model.
+        If there is no such model, or it has no such back-end.
     BuildError
         If a platform is unknown or the compiler is missing or fails.
     """
-    variant = Variant(descriptors.load(model), fmi, precision)
+    variant = Variant(descriptors.load(model), fmi, precision, backend)
     path = output / variant.folder / f"{variant.descriptor.title}.fmu"
     _write_archive(path, contents(variant, platforms or [host_platform()]))
     return path
+
+
+def export_component(
+    module: Path, name: str, *, fmi: Fmi, platforms: Sequence[str] | None = None, output: Path
+) -> Path:
+    """Export a user's class as an FMU that runs it in a Python process.
+
+    Parameters
+    ----------
+    module : Path
+        Python file; it becomes part of the FMU. What it imports has to be installed where the FMU runs.
+    name : str
+        A class in it, derived from `ahrs_fmu.component.Component`.
+    fmi, platforms
+        As for `build_fmu`.
+    output : Path
+        The FMU.
+
+    Returns
+    -------
+    Path
+        `output`.
+
+    Raises
+    ------
+    DescriptorError
+        If the file has no such class, or a declaration of the class is wrong.
+    BuildError
+        If a platform is unknown or the compiler is missing or fails.
+    """
+    descriptor = describe(load_class(module, name))
+    variant = Variant(descriptor, fmi, backend="python", module=module)
+    _write_archive(output, contents(variant, platforms or [host_platform()]))
+    return output
 
 
 def contents(variant: Variant, platforms: Sequence[str]) -> dict[str, bytes]:
@@ -72,6 +116,8 @@ def contents(variant: Variant, platforms: Sequence[str]) -> dict[str, bytes]:
     binaries = compile_binaries(title, sources, version=variant.version, platforms=platforms)
     files |= {f"binaries/{path}": library for path, library in binaries.items()}
     files |= {f"sources/{name}": text.encode() for name, text in sources.items()}
+    if variant.backend == "python":
+        files |= {f"resources/{name}": data for name, data in _resources(variant).items()}
     files["documentation/index.html"] = documentation.page(variant).encode()
     files["documentation/licenses/license.txt"] = _licence()
     if variant.version == 2:
@@ -84,6 +130,22 @@ def contents(variant: Variant, platforms: Sequence[str]) -> dict[str, bytes]:
         files["terminalsAndIcons/bus.png"] = icon.bus_png()
         files["terminalsAndIcons/bus.svg"] = icon.bus_svg().encode()
     return files
+
+
+def _resources(variant: Variant) -> dict[str, bytes]:
+    """What the Python process reads, and which Python runs it unless the user says otherwise."""
+    descriptor, module = variant.descriptor, variant.module
+    if module is None and descriptor.name not in FILTERS:
+        raise ParameterError(
+            f"{descriptor.title} has no numpy back-end; there are {', '.join(sorted(FILTERS))}"
+        )
+    given = Resources(
+        model=descriptor.name if module is None else descriptor.title,
+        fingerprint=descriptor.fingerprint(),
+        module=module.name if module is not None else "",
+    )
+    files = {FILE: msgspec.json.encode(given), INTERPRETER_FILE: f"{sys.executable}\n".encode()}
+    return files | ({module.name: module.read_bytes()} if module is not None else {})
 
 
 def _licence() -> bytes:

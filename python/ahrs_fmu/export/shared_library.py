@@ -11,6 +11,8 @@ from ahrs_fmu.errors import BuildError
 _ELF_MACHINES = {62: "x86_64-linux", 183: "aarch64-linux"}
 _PE_MACHINES = {0x8664: "x86_64-windows"}
 _MACH_MACHINES = {0x01000007: "x86_64-darwin", 0x0100000C: "aarch64-darwin"}
+# Names that the linker puts into every library for macOS.
+_MACH_OWN = {"__dso_handle", "_mh_dylib_header"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,4 +156,4 @@ def _read_mach(data: bytes) -> Binary:
                 if kind & 0x1 and kind & 0xE == 0xE:  # external and defined in a section
                     exports.append(_text(data, strings + name).removeprefix("_"))
         at += size
-    return Binary(_MACH_MACHINES[machine], tuple(libraries), frozenset(exports), frozenset())
+    return Binary(_MACH_MACHINES[machine], tuple(libraries), frozenset(exports) - _MACH_OWN, frozenset())

@@ -66,6 +66,8 @@ class Record:
         Samples that count in a metric; None: all of them.
     name : str
         What to call the record in tables and plots.
+    is_regular : bool
+        Whether every row lies within a thousandth of an interval of an even grid.
 
     Raises
     ------
@@ -83,6 +85,7 @@ class Record:
     q_true: FloatArray | None = None
     evaluate: BoolArray | None = None
     name: str = "record"
+    is_regular: bool = field(init=False)
 
     def __post_init__(self) -> None:
         time = np.asarray(self.time, dtype=np.float64)
@@ -102,6 +105,8 @@ class Record:
             self._lock("q_true", _shaped("q_true", self.q_true, (n, 4), np.float64))
         if self.evaluate is not None:
             self._lock("evaluate", _shaped("evaluate", self.evaluate, (n,), np.bool_))
+        off_grid = np.abs(time - np.linspace(time[0], time[-1], n)).max()
+        object.__setattr__(self, "is_regular", bool(off_grid * (n - 1) < _REGULAR * self.duration))
 
     def _lock(self, name: str, value: NDArray[np.generic]) -> None:
         array = np.array(value, order="C")
@@ -110,12 +115,6 @@ class Record:
 
     def __len__(self) -> int:
         return int(self.time.size)
-
-    @property
-    def is_regular(self) -> bool:
-        """Whether every row lies within a thousandth of an interval of an even grid."""
-        grid = np.linspace(self.time[0], self.time[-1], len(self))
-        return bool(np.abs(self.time - grid).max() * (len(self) - 1) < _REGULAR * self.duration)
 
     @property
     def sample_time(self) -> float:

@@ -196,8 +196,8 @@ typedef struct {
     ahrs_real motion_noise; /* Random walk of the motion acceleration, m/s2/s/sqrt(Hz), used with motion_compensation */
     ahrs_real initial_attitude_std; /* Standard deviation of the first attitude [rad] */
     ahrs_real forgetting; /* Weight of the estimated noise covariances from one sample to the next [1] */
-    ahrs_real measurement_variance_min; /* Least eigenvalue of the estimated measurement covariance, in m2/s4 and rad2 */
-    ahrs_real measurement_variance_max; /* Largest eigenvalue of the estimated measurement covariance, in m2/s4 and rad2 */
+    ahrs_real measurement_variance_min; /* Least eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is r_only or qr_safe */
+    ahrs_real measurement_variance_max; /* Largest eigenvalue of the measurement covariance, in m2/s4 and rad2, when adaptation is r_only or qr_safe */
     ahrs_real process_variance_min; /* Least eigenvalue of the process covariance per sample, when adaptation is qr_safe [1] */
     ahrs_real process_variance_max; /* Largest eigenvalue of the process covariance per sample, when adaptation is qr_safe [1] */
     int32_t adaptation; /* Which noise covariances are estimated (enumeration adaptation) */
@@ -1248,8 +1248,8 @@ static inline ahrs_quat ahrs_increment(ahrs_vec3 d) {
 #define AHRS_NOISE_H
 
 
-/* rad/s: how wrong a rate is that was not measured, because a sample was unusable or the step too long. */
-#define AHRS_HELD_RATE AHRS_C(0.5)
+/* rad/s/sqrt(Hz): how wrong a rate is that was not measured, because a sample was unusable or the step too long. */
+#define AHRS_HELD_NOISE AHRS_C(0.1)
 
 /* Of white noise in one sample; the sensor's interval, whatever the step since the sample before. */
 static inline ahrs_real ahrs_sample_variance(const ahrs_estimator_params *p, ahrs_real density) {
@@ -1258,10 +1258,8 @@ static inline ahrs_real ahrs_sample_variance(const ahrs_estimator_params *p, ahr
 
 /* Of the rotation in one step, rad2. */
 static inline ahrs_real ahrs_turn_variance(const ahrs_estimator_state *s, const ahrs_sample *z, ahrs_real density) {
-    const ahrs_real measured = density * density * z->dt;
     const bool held = ahrs_condition(s, AHRS_GYRO_HELD) || !(z->gain_dt > 0);
-    const ahrs_real turn = AHRS_HELD_RATE * z->dt;
-    return held ? measured + turn * turn : measured;
+    return (density * density + (held ? AHRS_HELD_NOISE * AHRS_HELD_NOISE : 0)) * z->dt;
 }
 
 /* Of what motion compensation leaves of a changing acceleration, (m/s2)2: it is that of the sample before. */
@@ -1549,8 +1547,8 @@ enum { adaptive_ckf_N = 4, adaptive_ckf_HEADING = 3, adaptive_ckf_TRIANGLE = AHR
 /* Beyond this pitch (85 deg) the heading is not measured. */
 static const ahrs_real adaptive_ckf_SINE_OF_PITCH_MAX = AHRS_C(0.9961946980917455);
 
-/* Sum of the variances of the quaternion's elements: a rotation about any axis by one radian, as good as unknown. */
-static const ahrs_real adaptive_ckf_SPREAD_MAX = AHRS_C(1.0);
+/* Sum of the variances of the quaternion's elements, that of a rotation by one radian: as good as unknown. */
+static const ahrs_real adaptive_ckf_SPREAD_MAX = AHRS_C(0.25);
 
 /* A correction on its way: innovation v, its covariance S, gain K, and K v. */
 typedef struct {
@@ -1707,7 +1705,8 @@ static void adaptive_ckf_keep_within(ahrs_real a[adaptive_ckf_TRIANGLE], ahrs_re
     }
 }
 
-/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. */
+/* R := (1 - d) R + d (e e' + H P H') with e = (I - H K) v: what the correction leaves of the innovation. The published
+ * forms know no limits. */
 static void adaptive_ckf_adapt_measurement(ahrs_adaptive_ckf_state *s, const ahrs_adaptive_ckf_params *p, const adaptive_ckf_correction *c,
                               ahrs_quat q, ahrs_real d) {
     ahrs_real h[adaptive_ckf_N][adaptive_ckf_N], left[adaptive_ckf_N];
@@ -1727,7 +1726,9 @@ static void adaptive_ckf_adapt_measurement(ahrs_adaptive_ckf_state *s, const ahr
             *r = (1 - d) * *r + d * sum;
         }
     }
-    adaptive_ckf_keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
+    if (p->adaptation <= AHRS_ADAPTIVE_CKF_ADAPTATION_QR_SAFE) {
+        adaptive_ckf_keep_within(s->measurement, p->measurement_variance_min, p->measurement_variance_max);
+    }
 }
 
 /* Q := (1 - d) Q + d (K v v' K' + P - F P F'): without the last two terms for qr_safe, with the P of the sample before
@@ -1938,7 +1939,7 @@ static const fmu_variable adaptive_ckf_variables[] = {
     {"heading_noise", 1044, 1, offsetof(adaptive_ckf_instance, params.heading_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
     {"quaternion_noise", 1046, 1, offsetof(adaptive_ckf_instance, params.quaternion_noise), FMU_REAL, FMU_FIXED, FMU_MIN_OPEN, 0.0, 100.0},
     {"motion_noise", 1047, 1, offsetof(adaptive_ckf_instance, params.motion_noise), FMU_REAL, FMU_FIXED, 0, 0.0, 1000.0},
-    {"initial_attitude_std", 1048, 1, offsetof(adaptive_ckf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 1.0},
+    {"initial_attitude_std", 1048, 1, offsetof(adaptive_ckf_instance, params.initial_attitude_std), FMU_REAL, FMU_FIXED, 0, 0.0001, 0.5},
     {"adaptation", 1070, 1, offsetof(adaptive_ckf_instance, params.adaptation), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 4.0},
     {"process_noise", 1071, 1, offsetof(adaptive_ckf_instance, params.process_noise), FMU_ENUMERATION, FMU_FIXED, 0, 0.0, 1.0},
     {"forgetting", 1072, 1, offsetof(adaptive_ckf_instance, params.forgetting), FMU_REAL, FMU_FIXED, FMU_MAX_OPEN, 0.5, 1.0},
@@ -3486,7 +3487,7 @@ static const fmu_model ahrs_improved_ekf_model = {
 
 /* What carries the sensor; sets the time constant of the tilt */
 enum {
-    AHRS_KCF_PROFILE_HAND = 0, /* worn or held by a person, robots arms: accelerations change sign within seconds; 3.5 s */
+    AHRS_KCF_PROFILE_HAND = 0, /* worn or held by a person, robot arms: accelerations change sign within seconds; 3.5 s */
     AHRS_KCF_PROFILE_MULTIROTOR = 1, /* accelerations last for seconds, the gyroscope is good for ten: 10 s */
     AHRS_KCF_PROFILE_CUSTOM = 2, /* accel_time_constant says */
 };
@@ -3512,14 +3513,14 @@ typedef struct {
     ahrs_real gyro_misalignment_std; /* Misalignment and cross coupling of the gyroscope, standard deviation per element [rad] */
     ahrs_real hard_iron_std; /* Hard iron that a calibration leaves, standard deviation per axis, of the local field [1] */
     ahrs_real mag_latency_std; /* Latency of the magnetometer against the gyroscope, standard deviation [s] */
-    ahrs_real mag_density; /* Noise density of the field with everything that varies slowly in it, of the local field [s0.5] */
+    ahrs_real mag_density; /* Deviation of the mean of the field over one second, with everything that varies slowly in it, of the local field [1] */
     ahrs_real mag_noise; /* Usual deviation of one magnetometer sample from the expected field, of the local field [1] */
     ahrs_real mag_rate_noise; /* Additional deviation per angular rate [s] */
     ahrs_real mag_tilt_noise; /* Additional deviation while the first tilt settles [1] */
-    ahrs_real hard_iron_walk; /* Random walk of the hard iron, of the local field [s-0.5] */
-    ahrs_real field_walk; /* Random walk of the local field, of itself [s-0.5] */
-    ahrs_real heading_walk; /* Random walk of the integrated heading [rad/s0.5] */
-    ahrs_real heading_rate_walk; /* Random walk of the integrated heading per angular rate [s0.5] */
+    ahrs_real hard_iron_walk; /* Random walk of the hard iron: standard deviation after one second, of the local field [1] */
+    ahrs_real field_walk; /* Random walk of the local field: standard deviation after one second, of itself [1] */
+    ahrs_real heading_walk; /* Random walk of the integrated heading: standard deviation after one second [rad] */
+    ahrs_real heading_rate_walk; /* Random walk of the integrated heading per angular rate: standard deviation after one second at one rad/s [s] */
     ahrs_real jump_time; /* Time over which a misfit of the field is averaged before it counts as a change [s] */
     ahrs_real jump_threshold; /* Mean squared misfit, of the expected one, above which the field or the hard iron has changed [1] */
     ahrs_real jump_hard_iron; /* How fast a change makes the hard iron uncertain [1/s] */
@@ -3529,7 +3530,7 @@ typedef struct {
     int32_t use_mag; /* False: six axes only, the heading is integrated from the gyroscope */
     int32_t spread; /* Spread the slow step over the samples until the next one, so that no sample costs much more than another; its result comes one slow period later */
     int32_t gyro_sampling; /* What a gyroscope sample stands for, used with refine (enumeration gyro_sampling) */
-    int32_t refine; /* Correct the averaged tilt for what has since been learned of the gyroscope, join rate samples to second order, let both hypotheses share one field until the body has turned; false: the plain equations, for comparison */
+    int32_t refine; /* Correct the averaged tilt for what has since been learned of the gyroscope, join rate samples to second order, keep north through a change of the field; false: the plain equations, for comparison */
 } ahrs_kcf_params;
 
 typedef ahrs_estimator_inputs ahrs_kcf_inputs;
@@ -3545,7 +3546,7 @@ typedef struct {
     ahrs_real uncalibrated; /* Probability that the magnetometer has an uncalibrated hard iron; 0 when the question is closed [1] */
     int32_t covariance_reset; /* The covariance was reset at the last sample */
     int32_t at_rest; /* Rest is detected: the gyroscope shows its bias */
-    int32_t mag_disturbed; /* The field does not fit what has been learned */
+    int32_t mag_disturbed; /* The field does not fit what has been learned, or is another one than at first */
     int32_t implausible; /* Gyroscope and accelerometer or magnetometer turn in opposite senses: check axes and signs */
 } ahrs_kcf_outputs_t;
 
@@ -3597,6 +3598,12 @@ typedef struct {
     ahrs_real mag_scale; /* Inverse norm of the first magnetometer sample, 0 before [1/T] */
     ahrs_real misfit; /* Mean squared misfit of the field, of the expected one [1] */
     ahrs_real excess; /* Variance that the misfit has in excess, at the last update [1] */
+    ahrs_real change_views; /* Views of the field with a misfit since it became suspect [1] */
+    ahrs_real fit_views; /* Views of the field since it has been fitting [1] */
+    ahrs_real old_misfit; /* Mean squared misfit of the old field, of the expected one [1] */
+    ahrs_real calm_field[3]; /* Field before it changed, of its norm [1] */
+    ahrs_real calm_iron[3]; /* Hard iron before that, of the field [1] */
+    ahrs_real north_angle[2]; /* Cosine and sine of the angle from the other field to the old one [1] */
     ahrs_real alt_x[6]; /* Field and hard iron if it is not [1] */
     ahrs_real alt_cov[21]; /* Covariance of alt_x, lower triangle row by row [1] */
     ahrs_real alt_q[4]; /* Level attitude when the question was asked [1] */
@@ -3609,6 +3616,8 @@ typedef struct {
     ahrs_real sense_power[6]; /* Power of the turn that the gyroscope predicts, per axis [1] */
     int32_t phase; /* Next part of the slow step */
     int32_t job; /* Bits: what the slow step under way has to do */
+    int32_t change; /* The field: 0 as it was, 1 suspect, 2 another one, not known yet, 3 another one, known */
+    int32_t iron_known; /* Whether the hard iron was as certain as a calibration leaves it when the field last fitted */
     int32_t question; /* Is the magnetometer calibrated: 0 not yet asked, 1 open, 2 answered */
 } ahrs_kcf_state;
 
@@ -3643,6 +3652,10 @@ enum { kcf_MAG_FRESH = 16, kcf_SEEN_FORCE = 32, kcf_SEEN_MAG = 64, kcf_REALIGN =
 
 enum { kcf_QUESTION_NEW, kcf_QUESTION_OPEN, kcf_QUESTION_ANSWERED };
 
+/* What has become of the field: it is as it was; it does not fit, for a reason that turning will show; it is another
+ * one, not known yet; it is another one, and known. */
+enum { kcf_FIELD_CALM, kcf_FIELD_SUSPECT, kcf_FIELD_STRANGE, kcf_FIELD_OTHER };
+
 /* The parts of the slow step. */
 enum { kcf_PHASE_COUPLE, kcf_PHASE_GYRO_X, kcf_PHASE_GYRO_Y, kcf_PHASE_GYRO_Z, kcf_PHASE_FIELD, kcf_PHASE_MAG_X, kcf_PHASE_MAG_Y, kcf_PHASE_MAG_Z,
        kcf_PHASE_ALTERNATIVE, kcf_PHASE_APPLY, kcf_PHASE_EVIDENCE, kcf_PHASES };
@@ -3651,7 +3664,9 @@ static const ahrs_real kcf_SQRT2 = AHRS_C(1.41421356237309504880);
 static const ahrs_real kcf_HAND_TIME = AHRS_C(3.5), MULTIROTOR_TIME = AHRS_C(10.0); /* s */
 static const ahrs_real kcf_BIAS_GROWTH = AHRS_C(0.0017453292519943296);             /* rad/s, in bias_forget_time */
 
-static const ahrs_real kcf_REST_TIME = AHRS_C(1.5), REST_FILTER_TIME = AHRS_C(0.5); /* s */
+/* Just below 1.5 s and 0.5 s, so that a whole number of samples counts alike in both precisions. */
+static const ahrs_real kcf_REST_TIME = AHRS_C(1.4999), REST_START_TIME = AHRS_C(0.4999);
+static const ahrs_real kcf_REST_FILTER_TIME = AHRS_C(0.5); /* s */
 static const ahrs_real kcf_REST_GYRO = AHRS_C(0.03490658503988659);                 /* rad/s */
 static const ahrs_real kcf_REST_ACCEL = AHRS_C(0.5);                                /* m/s2 */
 
@@ -3660,9 +3675,12 @@ static const ahrs_real kcf_IRON_MAX = AHRS_C(10.0), SCALE_MAX = AHRS_C(0.2), LAT
 static const ahrs_real kcf_SENSE_POWER = AHRS_C(0.5), SENSE_OPPOSED = AHRS_C(0.3), SENSE_GRAVITY = AHRS_C(0.85);
 static const ahrs_real kcf_LAG_MAX = AHRS_C(0.3); /* rad */
 static const ahrs_real kcf_MISFIT_MAX = AHRS_C(1e4);
+/* Views of the field after which a misfit is no hard iron, and after which a field without misfit is known. */
+static const ahrs_real kcf_VIEWS_REFUTE = AHRS_C(6.0), VIEWS_PROVE = AHRS_C(2.0);
+static const ahrs_real kcf_OLD_FIELD_TIME = AHRS_C(2.0), OLD_FIELD_FITS = AHRS_C(1.5); /* s, mean squared misfit */
 static const ahrs_real kcf_MAG_TIME_MAX = AHRS_C(0.2); /* s: rarer samples count as single ones */
 
-/* Learning rate of the uncalibrated hypothesis: independent views of the field per second, at rest and per radian. */
+/* Independent views of the field: per second at rest, one per angle in motion, at most so many per second. */
 static const ahrs_real kcf_VIEWS_AT_REST = AHRS_C(0.02), VIEW_ANGLE = AHRS_C(0.5), VIEWS_MAX = AHRS_C(1.0);
 static const ahrs_real kcf_LOST = AHRS_C(0.03); /* rad2: an attitude less certain than 10 deg begins anew */
 static const ahrs_real kcf_TURNED = AHRS_C(6e-4); /* squared difference of rotation matrices: 1 deg */
@@ -3814,7 +3832,7 @@ static void kcf_integrate(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahr
  * change from sample to sample. */
 static void kcf_set_rest_filter(ahrs_kcf_state *s, ahrs_real T) {
     ahrs_real sine, cosine;
-    ahrs_sincos(T / (kcf_SQRT2 * REST_FILTER_TIME), &sine, &cosine);
+    ahrs_sincos(T / (kcf_SQRT2 * kcf_REST_FILTER_TIME), &sine, &cosine);
     const ahrs_real g = sine / cosine;
     s->rest_gain[0] = 1 / (1 + g * (g + kcf_SQRT2));
     s->rest_gain[1] = g * s->rest_gain[0];
@@ -3829,7 +3847,7 @@ static void kcf_detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
     }
     const ahrs_real in[6] = {z->rate.x, z->rate.y, z->rate.z, z->force.x, z->force.y, z->force.z};
     ahrs_real deviation[6];
-    const bool starting = s->rest_age < REST_FILTER_TIME;
+    const bool starting = s->rest_age < REST_START_TIME;
     if (starting) {
         s->rest_age += z->dt;
         s->rest_count += 1;
@@ -3838,7 +3856,7 @@ static void kcf_detect_rest(ahrs_kcf_state *s, const ahrs_sample *z) {
             const ahrs_real mean = s->rest_two[i] / s->rest_count;
             deviation[i] = in[i] - mean;
             s->rest_one[i] = 0;
-            if (!(s->rest_age < REST_FILTER_TIME)) {
+            if (!(s->rest_age < REST_START_TIME)) {
                 s->rest_two[i] = mean;
             }
         }
@@ -4163,6 +4181,92 @@ static void kcf_align(ahrs_real *field, ahrs_vec3 seen) {
     }
 }
 
+/* Makes three states independent of all others, with a variance of their own. */
+static void kcf_make_independent(ahrs_kcf_state *s, int first, ahrs_real variance) {
+    for (int i = first; i < first + 3; i++) {
+        for (int j = 0; j < kcf_N; j++) {
+            *kcf_entry(s->cov, i, j) = 0;
+        }
+        kcf_row(s->cov, i)[i] = variance;
+    }
+}
+
+/* Takes field and hard iron from before a change, or the field that is seen. */
+static void kcf_renew_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_vec3 field, ahrs_real variance, int32_t change) {
+    ahrs_vec3_to(s->x + kcf_FIELD, field);
+    memcpy(s->x + kcf_IRON, s->calm_iron, sizeof s->calm_iron);
+    kcf_make_independent(s, kcf_FIELD, variance);
+    kcf_make_independent(s, kcf_IRON, kcf_square(p->hard_iron_std));
+    s->misfit = 1;
+    s->excess = 0;
+    s->old_misfit = kcf_MISFIT_MAX;
+    s->change_views = 0;
+    s->fit_views = 0;
+    s->change = change;
+}
+
+/* Angle, as cosine and sine, from the other field to where the old one would be. */
+static void kcf_note_north(ahrs_kcf_state *s) {
+    const ahrs_real *a = s->x + kcf_FIELD, *b = s->calm_field;
+    const ahrs_real scale = 1 / ahrs_sqrt((a[0] * a[0] + a[1] * a[1]) * (b[0] * b[0] + b[1] * b[1]));
+    s->north_angle[0] = scale * (a[0] * b[0] + a[1] * b[1]);
+    s->north_angle[1] = scale * (a[0] * b[1] - a[1] * b[0]);
+}
+
+/* The old field, at that angle from the other one as it is known now. */
+static void kcf_follow_north(ahrs_kcf_state *s) {
+    const ahrs_real *a = s->x + kcf_FIELD, *turn = s->north_angle;
+    const ahrs_vec3 seen = {turn[0] * a[0] - turn[1] * a[1], turn[1] * a[0] + turn[0] * a[1], 0};
+    kcf_align(s->calm_field, seen);
+}
+
+/* Whether the old field is back. */
+static bool kcf_is_back(ahrs_kcf_state *s, const ahrs_mat3 *R, ahrs_real expected) {
+    const ahrs_vec3 off = ahrs_vec3_sub(kcf_level_field(s, R, ahrs_vec3_of(s->calm_iron)), ahrs_vec3_of(s->calm_field));
+    const ahrs_real ratio = ahrs_min(ahrs_vec3_norm2(off) / (3 * expected), kcf_MISFIT_MAX);
+    const ahrs_real weight = s->old_misfit < kcf_MISFIT_MAX ? ahrs_min(s->job_mag_time / kcf_OLD_FIELD_TIME, 1) : 1;
+    s->old_misfit += weight * (ratio - s->old_misfit);
+    return s->old_misfit < OLD_FIELD_FITS;
+}
+
+/* Whether the hard iron is as certain as a calibration would leave it. */
+static bool kcf_knows_iron(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    const ahrs_real limit = kcf_square(p->hard_iron_std);
+    return kcf_row_of(s->cov, 3)[3] < limit && kcf_row_of(s->cov, 4)[4] < limit && kcf_row_of(s->cov, 5)[5] < limit;
+}
+
+/* Tells a change of the field from one of the hard iron. What has fitted through enough views is trusted: turning makes a hard iron fit, and never a field. Until the
+ * old field is back, north is kept by the gyroscope, and by the other field once that is known. */
+static void kcf_judge_field(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_mat3 *R, ahrs_real expected) {
+    const bool misfit = s->misfit > p->jump_threshold, fits = s->misfit < AHRS_C(0.5) * p->jump_threshold;
+    const ahrs_real views = s->job_mag_time * ahrs_min(VIEWS_MAX, ahrs_sqrt(s->job_rate2) / VIEW_ANGLE);
+    s->change_views += misfit ? views : 0;
+    s->fit_views = fits ? s->fit_views + views : 0;
+    if (s->change == kcf_FIELD_CALM && !misfit) {
+        s->iron_known = kcf_knows_iron(s, p) && (s->iron_known || s->fit_views > kcf_VIEWS_REFUTE);
+    }
+    if (s->question == kcf_QUESTION_OPEN || !p->refine || (s->change == kcf_FIELD_CALM && !(misfit && s->iron_known))) {
+        memcpy(s->calm_field, s->x + kcf_FIELD, sizeof s->calm_field);
+        memcpy(s->calm_iron, s->x + kcf_IRON, sizeof s->calm_iron);
+        s->change_views = 0;
+        s->change = kcf_FIELD_CALM;
+    } else if (s->change <= kcf_FIELD_SUSPECT) {
+        s->change = s->fit_views > VIEWS_PROVE ? kcf_FIELD_CALM : kcf_FIELD_SUSPECT;
+        if (s->change_views > kcf_VIEWS_REFUTE) {
+            kcf_renew_field(s, p, kcf_level_field(s, R, ahrs_vec3_of(s->calm_iron)), 1, kcf_FIELD_STRANGE);
+        }
+    } else if (kcf_is_back(s, R, expected)) {
+        kcf_renew_field(s, p, ahrs_vec3_of(s->calm_field), kcf_square(p->mag_noise), kcf_FIELD_CALM);
+    } else if (misfit) {
+        s->change = kcf_FIELD_STRANGE;
+    } else if (s->change == kcf_FIELD_OTHER) {
+        kcf_follow_north(s);
+    } else if (s->fit_views > VIEWS_PROVE) {
+        kcf_note_north(s);
+        s->change = kcf_FIELD_OTHER;
+    }
+}
+
 /* Innovation of the magnetometer, its noise, and how far field and hard iron may have changed with it. */
 static void kcf_expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real T = s->job_mag_time;
@@ -4175,12 +4279,14 @@ static void kcf_expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         kcf_align(s->x, field);
         kcf_align(s->alt_x, kcf_level_field(s, &R, ahrs_vec3_of(s->alt_x + kcf_IRON)));
         s->job &= ~kcf_REALIGN;
+        s->change = kcf_FIELD_CALM;
     }
-    const ahrs_vec3 nu = ahrs_vec3_sub(field, ahrs_vec3_of(s->x + kcf_FIELD));
-    ahrs_vec3_to(s->job_nu, nu);
     const ahrs_real rate2 = ahrs_vec3_norm2(ahrs_vec3_of(s->job_rate));
     const ahrs_real expected = kcf_square(p->mag_noise) + kcf_square(p->mag_rate_noise) * rate2 +
                                kcf_square(p->mag_tilt_noise) * ahrs_exp_decay(s->tilt_age / kcf_tau_accel(p));
+    kcf_judge_field(s, p, &R, expected);
+    const ahrs_vec3 nu = ahrs_vec3_sub(kcf_level_field(s, &R, kcf_iron(s)), ahrs_vec3_of(s->x + kcf_FIELD));
+    ahrs_vec3_to(s->job_nu, nu);
     const ahrs_real misfit2 = ahrs_vec3_norm2(nu) / 3, ratio = misfit2 / expected;
     const ahrs_real excess = kcf_excess_of(p, &s->misfit, ratio, expected, T);
     s->job_noise[0] = expected;
@@ -4367,8 +4473,9 @@ static void kcf_find_north(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     /* Before the body has turned, the hypotheses differ in nothing but the noise of their first samples. */
     const bool same = p->refine && kcf_rotation_difference(s->job_q, s->alt_q) < kcf_TURNED;
     const ahrs_real other = s->question == kcf_QUESTION_OPEN && !same ? s->alt_probability : 0;
-    const ahrs_real x = (1 - other) * s->x[0] + other * s->alt_x[0];
-    const ahrs_real y = (1 - other) * s->x[1] + other * s->alt_x[1];
+    const ahrs_real *field = s->change >= kcf_FIELD_STRANGE ? s->calm_field : s->x;
+    const ahrs_real x = (1 - other) * field[0] + other * s->alt_x[0];
+    const ahrs_real y = (1 - other) * field[1] + other * s->alt_x[1];
     const ahrs_real norm = ahrs_sqrt(x * x + y * y);
     if (!(norm > 0)) {
         return;
@@ -4501,17 +4608,22 @@ static void kcf_turn_heading(ahrs_kcf_state *s) {
     }
 }
 
+static bool kcf_disturbed(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    return s->misfit > p->jump_threshold || s->change >= kcf_FIELD_STRANGE;
+}
+
 static void kcf_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z, ahrs_real turn_time) {
     kcf_integrate(s, p, z, turn_time);
     kcf_detect_rest(s, z);
-    const ahrs_real half_step = AHRS_C(0.5) * z->dt;
+    /* Half a sample, and not quite, so that both precisions round a slow period alike. */
+    const ahrs_real half_step = AHRS_C(0.499) * z->dt;
     if (s->block_time + half_step >= p->slow_period) {
         kcf_run_phases(s, p, kcf_PHASES);
         kcf_begin_slow_step(s, p, z);
     }
     const ahrs_real done = (s->block_time + half_step) / p->slow_period;
     kcf_run_phases(s, p, p->spread ? (int32_t)((ahrs_real)kcf_PHASES * done) : kcf_PHASES);
-    ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, s->misfit > p->jump_threshold);
+    ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, kcf_disturbed(s, p));
     ahrs_set_condition(&s->common, AHRS_IMPLAUSIBLE, kcf_implausible(s, p));
 }
 
@@ -4573,7 +4685,7 @@ static inline void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_para
     y->disturbance = s->misfit;
     y->uncalibrated = s->alt_probability;
     y->at_rest = kcf_at_rest(s);
-    y->mag_disturbed = s->misfit > p->jump_threshold;
+    y->mag_disturbed = kcf_disturbed(s, p);
     y->implausible = kcf_implausible(s, p);
 }
 

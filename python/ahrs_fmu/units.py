@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from ahrs_fmu.errors import BuildError
+from ahrs_fmu.errors import UnitError
 
 _SYMBOLS: dict[str, tuple[float, dict[str, int]]] = {
     "1": (1.0, {}),
@@ -25,7 +25,8 @@ _SYMBOLS: dict[str, tuple[float, dict[str, int]]] = {
     "T": (1.0, {"kg": 1, "s": -2, "A": -1}),
     "uT": (1e-6, {"kg": 1, "s": -2, "A": -1}),
 }
-_FACTOR = re.compile(r"([A-Za-z]+|1)(\d*)")
+_FACTOR = re.compile(r"([A-Za-z]+|1)(-?\d+(?:\.\d+)?)?")
+_PRODUCT = re.compile(r"\.(?=[A-Za-z])")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,12 @@ class Unit:
     """
 
     scale: float
-    powers: dict[str, int]
+    powers: dict[str, float]
+
+    @property
+    def has_whole_powers(self) -> bool:
+        """Whether FMI can say what the unit is made of: not for a noise density such as ``rad/s0.5``."""
+        return all(float(power).is_integer() for power in self.powers.values())
 
 
 def parse(text: str) -> Unit:
@@ -49,17 +55,17 @@ def parse(text: str) -> Unit:
 
     Raises
     ------
-    BuildError
+    UnitError
         If a symbol is unknown.
     """
-    scale, powers = 1.0, dict[str, int]()
+    scale, powers = 1.0, dict[str, float]()
     for position, part in enumerate(text.split("/")):
         sign = -1 if position else 1
-        for factor in part.split("."):
+        for factor in _PRODUCT.split(part):
             match = _FACTOR.fullmatch(factor)
             if match is None or match[1] not in _SYMBOLS:
-                raise BuildError(f"unit '{text}' has the unknown symbol '{factor}': use {', '.join(_SYMBOLS)}")
-            exponent = sign * int(match[2] or 1)
+                raise UnitError(f"unit '{text}' has the unknown symbol '{factor}': use {', '.join(_SYMBOLS)}")
+            exponent = sign * float(match[2] or 1)
             symbol_scale, symbol_powers = _SYMBOLS[match[1]]
             scale *= symbol_scale**exponent
             for name, power in symbol_powers.items():
@@ -67,15 +73,15 @@ def parse(text: str) -> Unit:
     return Unit(scale, {name: power for name, power in powers.items() if power})
 
 
-def display_factor(unit: str, display_unit: str) -> float:
-    """By what a value in `unit` is multiplied to be in `display_unit`.
+def factor(unit: str, target: str) -> float:
+    """By what a value in `unit` is multiplied to be in `target`; an empty unit is a pure number.
 
     Raises
     ------
-    BuildError
+    UnitError
         If the two measure different things.
     """
-    from_unit, to_unit = parse(unit), parse(display_unit)
+    from_unit, to_unit = parse(unit or "1"), parse(target or "1")
     if from_unit.powers != to_unit.powers:
-        raise BuildError(f"display unit '{display_unit}' does not measure what '{unit}' measures")
+        raise UnitError(f"'{unit or '1'}' does not measure what '{target or '1'}' measures")
     return from_unit.scale / to_unit.scale
