@@ -2,39 +2,29 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ahrs_fmu import EstimateResult, Estimator, Frame, Record, Status, frames, models, quaternion
-from motion import angle_between, at_rest, recording, tumbling
+from ahrs_fmu import EstimateResult, Frame, Record, Status, frames, quaternion
+from every_estimator import (
+    ALL,
+    BY_POINTS,
+    CORRECTING,
+    LEARNING_BIAS,
+    PRECISIONS,
+    WITH_COVARIANCE,
+    make,
+    noisy,
+)
+from motion import angle_between, at_rest, recording
+from motion import tumbling as tumble
 
 DEG = math.pi / 180.0
-ALL = tuple(name for name in sorted(models.BY_NAME) if name != "kcf")
-"""The KCF averages and calibrates, and has tests of its own."""
-CORRECTING = tuple(name for name in ALL if name != "strapdown")
-WITH_COVARIANCE = ("adaptive_ckf", "cg_ekf", "improved_ekf", "mahony_ekf", "mekf", "ukf")
-LEARNING_BIAS = ("gcf", "mahony", "mahony_ekf", "mekf", "ukf")
-BY_POINTS = ("adaptive_ckf", "ukf")
-"""Their means over points feel the curvature of rotations within a large covariance: milliradians."""
-PRECISIONS = ("double", "single")
-
-
-def make(name: str, **parameters: object) -> Estimator:
-    return models.BY_NAME[name](**parameters)
-
-
-def noisy(record: Record, seed: int = 11) -> Record:
-    """Noise of a small sensor: 0.1 deg/s, 0.05 m/s2, 0.3 uT."""
-    draw = np.random.default_rng(seed).normal(size=(3, len(record), 3))
-    return replace(
-        record,
-        gyro=record.gyro + 0.1 * DEG * draw[0],
-        accel=record.accel + 0.05 * draw[1],
-        mag=record.mag + 3e-7 * draw[2],
-    )
+tumbling = functools.cache(tumble)
 
 
 def everything(result: EstimateResult) -> np.ndarray:
