@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import ahrs_fmu
-from ahrs_fmu import Frame, frames, quaternion
+from ahrs_fmu import Frame, descriptors, frames, quaternion
+from ahrs_fmu.native import NativeModel
 from motion import GRAVITY, angle_between, at_rest, recording, tumbling
 
 REALISATIONS = ("quaternion", "vector", "dcm", "euler")
@@ -308,6 +309,10 @@ def test_gains_change_in_flight_and_fixed_parameters_do_not() -> None:
     with pytest.raises(ValueError, match="sample_time < 1"):
         gcf.set("kp", 100.0)
     assert gcf.parameters["kp"] == 1.0
+
+
+def test_the_state_is_small_enough_for_a_microcontroller() -> None:
+    assert NativeModel(descriptors.load("gcf"), "single").state_size <= 200
 
 
 def test_saving_and_restoring_continues_to_the_bit() -> None:
