@@ -46,7 +46,7 @@ test-all: $(DEVELOP)
 	$(PYTHON) -m pytest -q -n $(WORKERS) -m "slow or not slow"
 
 bench: $(DEVELOP)
-	@$(PIP) --group peers
+	@$(PIP) -e ".[peers]"
 	@PYTHONPATH=tests/fmu $(PYTHON) tests/bench/bench.py
 
 lint: $(DEVELOP)
