@@ -138,7 +138,11 @@ def compile_library(
         *target,
         *FLAGS,
         # Half of a Windows library is the runtime it carries along: there, all is built for size.
-        *(["-Os", "-fslp-vectorize"] if windows else ["-fPIC"]),
+        *(
+            ["-Os", "-fslp-vectorize", "-fno-asynchronous-unwind-tables", "-fno-unwind-tables"]
+            if windows
+            else ["-fPIC"]
+        ),
         *(["-fvisibility=hidden"] if hide_symbols else []),
     ]
     compiling += [f"-I{folder.resolve()}" for folder in include]
