@@ -17,7 +17,7 @@ help:
 	@echo "make demo       set up, build the FMUs, run the main example"
 	@echo "make test       all fast tests"
 	@echo "make test-all   also the slow campaigns"
-	@echo "make bench      timing, as ratios, to build/bench.json"
+	@echo "make bench      timing, as ratios: updates (to build/bench.json), batches, Python as an FMU"
 	@echo "make lint       ruff and mypy"
 	@echo "make generate   rewrite what is generated from the descriptors"
 	@echo "make pictures   run the tutorial, which draws its pictures"
@@ -47,7 +47,9 @@ test-all: $(DEVELOP)
 
 bench: $(DEVELOP)
 	@$(PIP) -e ".[peers]"
-	@PYTHONPATH=tests/fmu $(PYTHON) tests/bench/bench.py
+	@missed=0; for part in bench batch python_fmu; do \
+		PYTHONPATH=tests/fmu $(PYTHON) tests/bench/$$part.py || missed=1; \
+	done; exit $$missed
 
 lint: $(DEVELOP)
 	$(PYTHON) -m ruff check python tests

@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from ctypes import byref, c_double, c_int32, c_int64, c_size_t, c_void_p
+from functools import partial
 from pathlib import Path
 from typing import get_args
 
@@ -45,15 +46,20 @@ ROWS = 2_000
 """Few, so that a repetition often falls into a quiet moment."""
 RECORDING_ROWS = 20_000
 """Of what works on whole recordings."""
+PYTHON_ROWS = 100
+"""Of what takes tens of microseconds for one."""
 
 CACHE_LINE = 64
 
 UPDATE_OF_VQF = 0.12
+MEKF_OF_GCF = 3.0
 STEP_OF_UPDATE = 2.0
 RUN_OF_LOOP = 1.3
 
+GCF = "gcf: update, double"
+"""What every other cost is compared with."""
 FMIS: tuple[Fmi, ...] = ("2", "3")
-OTHERS = ("gcf, ", "VQF", "imufusion")
+OTHERS = ("gcf, ", "VQF", "imufusion", "ahrs ")
 COSTS = {
     "double": "update, double",
     "single": "update, single",
@@ -229,6 +235,12 @@ def peer_cases(flight: Record) -> Iterator[Case]:
                 update(*row)
 
         yield Case("imufusion: update from Python", call, len(rows))
+    if importlib.util.find_spec("ahrs") is not None:
+        filters = importlib.import_module("ahrs.filters")
+        few = {"gyr": gyro[:PYTHON_ROWS], "acc": accel[:PYTHON_ROWS], "mag": 1e9 * mag[:PYTHON_ROWS]}
+        for name in ("Madgwick", "EKF"):
+            whole = partial(getattr(filters, name), **few, frequency=1.0 / DT)
+            yield Case(f"ahrs {name}: recording from Python", whole, PYTHON_ROWS)
 
 
 def ratios(name: str) -> dict[str, Ratio]:
@@ -238,7 +250,7 @@ def ratios(name: str) -> dict[str, Ratio]:
         f"{name}: {what}" for what in ("update, double", "update, input held", "C loop")
     )
     return {
-        "/ GCF": Ratio(update, "gcf: update, double"),
+        "/ GCF": Ratio(update, GCF, MEKF_OF_GCF if name == "mekf" else None),
         "/ VQF": Ratio(update, "VQF: updateBatch", UPDATE_OF_VQF if is_gcf else None),
         "run / loop": Ratio(f"{name}: run", recorded, RUN_OF_LOOP if is_gcf else None),
         **{f"FMI {fmi} / update": Ratio(f"{name}: FMI {fmi} step", held, STEP_OF_UPDATE) for fmi in FMIS},
@@ -275,7 +287,7 @@ def show(cases: dict[str, Case], compared: dict[str, dict[str, Ratio]]) -> None:
     OUT.print(LEGEND)
     for case in cases.values():
         if case.name.startswith(OTHERS):
-            OUT.print(f"{case.name}: {case.ns:.0f} ns")
+            OUT.print(f"{case.name}: {case.ns:.0f} ns, {case.ns / cases[GCF].ns:.1f} GCF")
     table = Table(box=SIMPLE_HEAD, pad_edge=False)
     table.add_column("ratio", no_wrap=True)
     for column in next(iter(compared.values())):
@@ -329,7 +341,7 @@ def main() -> int:
         loops = {precision: compile_loops(precision, folder) for precision in get_args(Precision)}
         references = [
             *peer_cases(flight.rows(0, ROWS)),
-            Case("gcf: update, double", CoreLoop(loops["double"], "gcf", "update", samples), ROWS),
+            Case(GCF, CoreLoop(loops["double"], "gcf", "update", samples), ROWS),
         ]
         for descriptor in progress.track(estimators, description="timing"):
             own = [

@@ -3,7 +3,8 @@
     python tests/bench/python_fmu.py [--steps N]
 
 The three are measured in turn, step by step, so that all see the same machine. All times are medians in
-microseconds; on a busy machine give the process priority (``chrt -f 10 python ...``).
+microseconds; on a busy machine give the process priority (``chrt -f 10 python ...``). The exit code is 1
+when a limit is missed.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ from ahrs_fmu import descriptors
 from ahrs_fmu.estimators.model import NumpyModel
 from ahrs_fmu.export.package import build_fmu
 
+ADDED = 150e-6
+"""s: the most that a step of the FMU may take beyond the class's own time."""
 SAMPLE = {"gyro": [0.1, 0.2, 0.3], "accel": [0.1, 0.0, -9.8], "mag": [2e-5, 0.0, 4e-5]}
 
 
@@ -72,19 +75,24 @@ def measure(model: str, fmi: str, steps: int, folder: Path) -> tuple[float, floa
     return float(step), float(numpy_class), float(trip)
 
 
-def main() -> None:
+def main() -> int:
     """Print one line per FMI version."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=2000)
     steps = parser.parse_args().steps
+    missed = False
     with tempfile.TemporaryDirectory() as scratch:
         for fmi in ("2", "3"):
-            step, own, trip = (1e6 * t for t in measure("gcf", fmi, steps, Path(scratch)))
+            step, own, trip = measure("gcf", fmi, steps, Path(scratch))
+            too_much = step - own > ADDED
+            added = f"added {1e6 * (step - own):.0f} us (at most {1e6 * ADDED:.0f})"
             print(
-                f"FMI {fmi}: doStep {step:.0f} us, numpy class {own:.0f} us, added {step - own:.0f} us "
-                f"(bare round trip {trip:.0f} us)"
+                f"Python back-end, FMI {fmi}: doStep {1e6 * step:.0f} us, numpy class {1e6 * own:.0f} us, "
+                f"{added}{' MISSED' if too_much else ''}; bare round trip {1e6 * trip:.0f} us"
             )
+            missed |= too_much
+    return int(missed)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
