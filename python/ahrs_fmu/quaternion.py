@@ -1,7 +1,8 @@
 """Quaternion algebra over any leading batch dimensions.
 
 A quaternion is an array (..., 4), Hamilton product, scalar first. As an attitude it turns body
-vectors into navigation vectors, ``v_n = q v_b q*`` (docs/algorithms.md section 0).
+vectors into navigation vectors, ``v_n = q v_b q*`` (docs/algorithms.md section 0). Arrays of single
+precision are computed with in single precision, everything else in double.
 """
 
 from __future__ import annotations
@@ -16,12 +17,14 @@ IDENTITY.flags.writeable = False
 
 
 def _array(x: ArrayLike) -> Array:
-    return np.asarray(x, dtype=np.float64)
+    given = np.asarray(x)
+    return given if given.dtype == np.float32 else np.asarray(given, dtype=np.float64)
 
 
 def join(*parts: ArrayLike) -> Array:
     """Put components of equal shape (...) together as (..., n)."""
-    joined = np.empty((*np.shape(parts[0]), len(parts)))
+    first = _array(parts[0])
+    joined = np.empty((*first.shape, len(parts)), dtype=first.dtype)
     for i, part in enumerate(parts):
         joined[..., i] = part
     return joined
@@ -42,7 +45,8 @@ def multiply(p: ArrayLike, q: ArrayLike) -> Array:
 
 def conjugate(q: ArrayLike) -> Array:
     """Conjugate (..., 4): the inverse rotation of a unit quaternion."""
-    conjugated: Array = _array(q) * np.array([1.0, -1.0, -1.0, -1.0])
+    q = _array(q)
+    conjugated: Array = q * np.array([1.0, -1.0, -1.0, -1.0], dtype=q.dtype)
     return conjugated
 
 

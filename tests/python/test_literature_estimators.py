@@ -11,8 +11,6 @@ import pytest
 from numpy.typing import NDArray
 
 from ahrs_fmu import Record, descriptors, metrics, models, quaternion, scenarios
-from ahrs_fmu.errors import ParameterError
-from ahrs_fmu.native import NativeModel
 from every_estimator import CORRECTING, PRECISIONS, make, noisy
 from motion import angle_between, at_rest, tumbling
 
@@ -169,36 +167,6 @@ def test_the_unscented_filter_with_equal_weights_agrees_with_the_extended_one() 
     mekf, ukf = (make(name).run(record) for name in ("mekf", "ukf"))
     late = record.time > 20.0
     assert np.max(angle_between(mekf.q, ukf.q)[late]) < 0.02 * DEG
-
-
-@pytest.mark.parametrize("parameters", [{"alpha": 0.01}, {"alpha": 0.1}, {"kappa": -3.0}, {"beta": 2.0}])
-def test_single_precision_bears_any_weights_but_the_extreme_ones(parameters: dict[str, float]) -> None:
-    record, settings = gc_static(1, **parameters)
-    single = {**settings, "precision": "single"}
-    results = [make("ukf", **s).run(record) for s in (settings, single)]
-    assert not any(np.any(r.covariance_reset) for r in results)
-    rms = [np.sqrt(np.mean(angle_between(record.q_true, r.q) ** 2)) for r in results]
-    assert abs(rms[0] - rms[1]) < 0.003 * DEG
-
-
-def test_extreme_weights_lose_the_covariance_in_single_precision_and_are_refused_there() -> None:
-    record, settings = gc_static(1, alpha=1e-3)
-    assert not np.any(make("ukf", **settings).run(record).covariance_reset)
-    with pytest.raises(ParameterError, match="alpha"):
-        make("ukf", **{**settings, "precision": "single"})
-    descriptor = descriptors.load("ukf")
-    unchecked = NativeModel(descriptor, "single")
-    for name, value in settings.items():
-        if name != "precision":
-            unchecked.set(name, descriptor.numbers(descriptor.parameter(name), value))
-    unchecked.reset()
-    y = unchecked.run(
-        np.diff(record.time, prepend=record.time[0]),
-        {"gyro": record.gyro, "accel": record.accel, "mag": record.mag},
-        ["covariance_reset", "q"],
-    )
-    assert np.any(y["covariance_reset"])
-    assert np.all(np.isfinite(y["q"]))
 
 
 def cubature(name: str, seed: int, **parameters: object) -> np.ndarray:

@@ -70,7 +70,7 @@ def cholesky(m: Array) -> Array:
 
 def solve_right(a: Array, s: Array) -> Array:
     """A S^-1 of matrices (..., n, m) and symmetric positive definite (..., m, m)."""
-    return transposed(np.asarray(np.linalg.solve(s, transposed(a)), dtype=np.float64))
+    return transposed(np.asarray(np.linalg.solve(s, transposed(a)), dtype=a.dtype))
 
 
 def corrected(p: Array, gain: Array, h: Array, r: Array) -> Array:

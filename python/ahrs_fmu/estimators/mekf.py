@@ -108,8 +108,12 @@ def transition(turn: Array, dt: float) -> Array:
 
 def process_noise(p: Parameters, z: Sample) -> Array:
     """Covariance (..., 6, 6) that gyroscope noise and bias walk add in one step."""
-    dt, walk = z.dt, p.gyro_bias_noise**2
-    rotation = turn_variance(z, p.gyro_noise) + walk * dt**3 / 3.0
+    return integrated_noise(turn_variance(z, p.gyro_noise), p.gyro_bias_noise**2, z.dt)
+
+
+def integrated_noise(turning: Array, walk: float, dt: float) -> Array:
+    """Covariance (..., 6, 6) of a rotation of variance `turning` and a bias that walks for dt seconds."""
+    rotation = turning + walk * dt**3 / 3.0
     noise = np.zeros((*rotation.shape, 6, 6))
     noise[..., :3, :3] = rotation[..., None, None] * np.eye(3)
     noise[..., :3, 3:] = noise[..., 3:, :3] = -0.5 * walk * dt**2 * np.eye(3)

@@ -96,19 +96,19 @@ def sigma_weights(p: Parameters) -> tuple[float, Array, Array]:
     return float(np.sqrt(scale)), mean, covariance
 
 
-def sigma_points(spread: float, covariance: Array) -> Array:
-    """Deviations (..., 13, 6) of the sigma points from the mean."""
+def sigma_points(spread: float | Array, covariance: Array) -> Array:
+    """Deviations (..., 13, 6) of the sigma points from the mean; the spread may be an array (..., 1, 1)."""
     columns = spread * transposed(cholesky(covariance))
     return np.concatenate((np.zeros_like(columns[..., :1, :]), columns, -columns), axis=-2)
 
 
 def mean_of(weights: Array, points: Array) -> Array:
-    """Weighted mean (..., n) of points (..., m, n)."""
-    mean: Array = np.einsum("m,...mn->...n", weights, points)
+    """Weighted mean (..., n) of points (..., m, n), with weights (m,) or (..., m)."""
+    mean: Array = np.einsum("...m,...mn->...n", weights, points)
     return mean
 
 
 def moment(weights: Array, a: Array, b: Array) -> Array:
     """Weighted sum (..., n, k) of the outer products of deviations (..., m, n) and (..., m, k)."""
-    product: Array = transposed(weights[:, None] * a) @ b
+    product: Array = transposed(weights[..., :, None] * a) @ b
     return product
