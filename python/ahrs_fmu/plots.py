@@ -110,13 +110,13 @@ def comparison_figure(record: Record, estimates: Mapping[str, FloatArray], title
         time = record.time - record.time[0]
         truth = np.degrees(quaternion.to_euler(record.q_true))
         for axis, name in enumerate(_ANGLES):
-            top.plot(*_thinned(time, _unwrapped_gaps(truth[:, axis])), label=name)
+            top.plot(*thinned(time, unwrapped_gaps(truth[:, axis])), label=name)
         top.set_ylabel("truth [deg]")
         top.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         for label, q in estimates.items():
             error = np.degrees(attitude_error(q, record.q_true).euler)
             for axis, panel in enumerate(panels):
-                panel.plot(*_thinned(time, error[:, axis]), label=label)
+                panel.plot(*thinned(time, error[:, axis]), label=label)
         for panel, name in zip(panels, _ANGLES, strict=True):
             panel.set_ylabel(f"{name}\nerror [deg]")
         panels[0].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
@@ -156,9 +156,9 @@ def _draw_angles(panels: Sequence[Axes], record: Record, q: FloatArray, label: s
         if truth is not None:
             # A broad pale line below a thin strong one: both stay visible where they agree.
             panel.plot(
-                *_thinned(time, _unwrapped_gaps(truth[:, axis])), color=_TRUTH, linewidth=2.6, label="truth"
+                *thinned(time, unwrapped_gaps(truth[:, axis])), color=_TRUTH, linewidth=2.6, label="truth"
             )
-        panel.plot(*_thinned(time, _unwrapped_gaps(estimate[:, axis])), color=_ESTIMATE, label=label)
+        panel.plot(*thinned(time, unwrapped_gaps(estimate[:, axis])), color=_ESTIMATE, label=label)
         panel.set_ylabel(f"{name} [deg]")
         drawn = estimate[:, axis] if truth is None else np.concatenate((estimate[:, axis], truth[:, axis]))
         end = 90.0 if name == "pitch" else 180.0
@@ -171,7 +171,7 @@ def _draw_errors(panels: Sequence[Axes], record: Record, error: AttitudeError) -
     rms = error.rms(record.evaluate).degrees()
     for panel, (name, colour) in zip(panels, _ERRORS, strict=True):
         values = np.degrees(getattr(error, name))
-        panel.plot(*_thinned(record.time - record.time[0], values), color=colour)
+        panel.plot(*thinned(record.time - record.time[0], values), color=colour)
         panel.set_ylabel(f"{name}\nerror [deg]")
         # Room at the top keeps the number off the curve.
         panel.set_ylim(0.0, max(1.25 * float(np.nanmax(values)), 1e-3))
@@ -203,14 +203,14 @@ def _shade(panel: Axes, record: Record) -> None:
         )
 
 
-def _unwrapped_gaps(angle: FloatArray) -> FloatArray:
+def unwrapped_gaps(angle: FloatArray) -> FloatArray:
     """Lift the pen where an angle in degrees jumps from one end of its range to the other."""
     lifted = angle.copy()
     lifted[1:][np.abs(np.diff(angle)) > 180.0] = np.nan
     return lifted
 
 
-def _thinned(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def thinned(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Keep the smallest and the largest value of each bin, so that thinning hides no peak."""
     width = time.size // _BINS
     if width < 3:

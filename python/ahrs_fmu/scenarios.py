@@ -31,6 +31,7 @@ from ahrs_fmu.trajectories import (
     Rotation,
     Vector,
     Vibration,
+    kinematics,
 )
 
 INITIAL_SAMPLES = 50
@@ -224,18 +225,9 @@ def run(scenario: Scenario, seed: int = 1, name: str = "scenario") -> Simulation
 def truth(scenario: Scenario) -> Truth:
     """Compute the motion of a scenario and what perfect sensors would read."""
     t = scenario.time
-    q = quaternion.from_euler(scenario.rotation.euler(t))
-    turns = quaternion.log(quaternion.multiply(quaternion.conjugate(q[:-1]), q[1:]))
-    gyro = np.concatenate((turns[:1], turns)) * scenario.rate
-    acceleration = np.zeros((t.size, 3))
-    if scenario.motion is not None:
-        acceleration = scenario.motion.acceleration(t, scenario.rotation, scenario.gravity)
-    to_body = quaternion.conjugate(q)
-    accel = quaternion.rotate(to_body, acceleration - np.array([0.0, 0.0, scenario.gravity]))
-    if scenario.vibration is not None:
-        shake = np.sin(2.0 * np.pi * scenario.vibration.frequency * t)
-        accel = accel + shake[:, None] * np.asarray(scenario.vibration.amplitude)
-    return Truth(t, q, gyro, accel, quaternion.rotate(to_body, np.asarray(scenario.field)))
+    what = kinematics(t, scenario.rotation, scenario.motion, scenario.vibration, scenario.gravity)
+    mag = quaternion.rotate(quaternion.conjugate(what.q), np.asarray(scenario.field))
+    return Truth(t, what.q, what.rate, what.specific_force, mag)
 
 
 def initial_attitude(record: Record, samples: int = INITIAL_SAMPLES) -> Array:

@@ -5,7 +5,7 @@ The structures are read from a scenario file; their methods turn times into arra
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import msgspec
 import numpy as np
@@ -163,6 +163,36 @@ class Vibration(Data, frozen=True):
 
     amplitude: Vector
     frequency: Positive
+
+
+class Kinematics(NamedTuple):
+    """How a sensor moves."""
+
+    q: Array
+    """Attitude (N, 4), body to NED."""
+    rate: Array
+    """Mean body rate since the time before (N, 3), rad/s; row 0 repeats row 1."""
+    specific_force: Array
+    """Acceleration without gravity (N, 3), body axes, m/s2."""
+
+
+def kinematics(
+    t: Array,
+    rotation: Rotation,
+    motion: Multirotor | Pivot | Line | Circle | None,
+    vibration: Vibration | None,
+    gravity: float,
+) -> Kinematics:
+    """Compute attitude, rate and specific force at times t (N,), s, equally spaced; `gravity` in m/s2."""
+    q = quaternion.from_euler(rotation.euler(t))
+    turns = quaternion.log(quaternion.multiply(quaternion.conjugate(q[:-1]), q[1:]))
+    rate = np.concatenate((turns[:1], turns)) / (t[1] - t[0])
+    acceleration = np.zeros((t.size, 3)) if motion is None else motion.acceleration(t, rotation, gravity)
+    force = quaternion.rotate(quaternion.conjugate(q), acceleration - np.array([0.0, 0.0, gravity]))
+    if vibration is not None:
+        shake = np.sin(2.0 * np.pi * vibration.frequency * t)
+        force = force + shake[:, None] * np.asarray(vibration.amplitude)
+    return Kinematics(q, rate, force)
 
 
 def trapezoid(t: Array, start: float, end: float, rise: float, height: float) -> Array:

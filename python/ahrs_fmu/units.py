@@ -85,3 +85,22 @@ def factor(unit: str, target: str) -> float:
     if from_unit.powers != to_unit.powers:
         raise UnitError(f"'{unit or '1'}' does not measure what '{target or '1'}' measures")
     return from_unit.scale / to_unit.scale
+
+
+def quantity(value: float | str, unit: str) -> float:
+    """Read a number given in `unit`, or a text with its own unit such as ``"0.5 deg/s"``, as one in `unit`.
+
+    Raises
+    ------
+    UnitError
+        If the text is no number with a unit, or its unit measures something else.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    number, _, own = value.strip().partition(" ")
+    try:
+        return float(number) * factor(own.strip(), unit)
+    except ValueError as error:
+        if isinstance(error, UnitError):
+            raise UnitError(f"'{value}': {error}") from None
+        raise UnitError(f"'{value}' is not a number and a unit, such as '0.5 deg/s'") from None

@@ -10,6 +10,7 @@ import pytest
 
 from ahrs_fmu import descriptors
 from ahrs_fmu.cosim.core import CoreStepper
+from ahrs_fmu.cosim.faults import Memoryless
 from ahrs_fmu.cosim.stepper import Array, Port, Stepper
 from ahrs_fmu.cosim.system import System
 from ahrs_fmu.errors import FmuError, ScenarioError, SimulationError
@@ -147,7 +148,7 @@ def test_a_tap_changes_a_signal_for_everybody() -> None:
         ("first.rate -> second.rate",),
         step=1.0,
         start_values=("first.rate",),
-        taps={"first.rate": lambda time, value: value * 0.0 if time > 1.0 else value},
+        taps={"first.rate": [Memoryless(lambda time, values: np.where(time[:, None] > 1.0, 0.0, values))]},
     )
     recording = system.run(3.0, ["first.rate", "second.angle"])
     np.testing.assert_allclose(recording["first.rate"], [2.0, 0.0, 0.0])

@@ -17,7 +17,12 @@ MODULES = {
 RESTRICTED = {
     "fmpy": ("ahrs_fmu.cosim.fmu", "ahrs_fmu.export"),
     "control": ("ahrs_fmu.analysis",),
-    "matplotlib": ("ahrs_fmu.benchmark_plots", "ahrs_fmu.plots", "ahrs_fmu.analysis.plots"),
+    "matplotlib": (
+        "ahrs_fmu.benchmark_plots",
+        "ahrs_fmu.plots",
+        "ahrs_fmu.analysis.plots",
+        "ahrs_fmu.cosim.plots",
+    ),
     "ctypes": ("ahrs_fmu.native", "ahrs_fmu.cosim.fmu"),
     "typer": ("ahrs_fmu.cli", "ahrs_fmu.commands"),
     "rich": ("ahrs_fmu.cli", "ahrs_fmu.commands"),

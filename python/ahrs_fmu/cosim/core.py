@@ -48,6 +48,8 @@ class CoreStepper:
         A parameter is unknown or refused, or the model has no such back-end.
     """
 
+    never_fails = True
+
     def __init__(
         self,
         descriptor: Descriptor,
@@ -65,9 +67,9 @@ class CoreStepper:
         for name, value in values.items():
             self._model.set(name, value)
         self.sample_time = float(values["sample_time"][0])
-        self._inputs = {v.name: _port(v) for v in descriptor.inputs}
-        self._outputs = {v.name: _port(v) for v in descriptor.outputs}
-        self._variables = {v.name: _port(v) for v in descriptor.variables}
+        self._variables = {v.name: _port(descriptor, v) for v in descriptor.variables}
+        self._inputs = {v.name: self._variables[v.name] for v in descriptor.inputs}
+        self._outputs = {v.name: self._variables[v.name] for v in descriptor.outputs}
         self._fresh = self._model.save()
         self.reset()
 
@@ -120,9 +122,11 @@ class CoreStepper:
         self._model.reset()
         self._started = False
 
-    def replay(self, inputs: Mapping[str, Array], outputs: Sequence[str], dt: float) -> dict[str, Array]:
-        """Take a whole record; see `ahrs_fmu.cosim.stepper.replay`."""
-        rows = len(next(iter(inputs.values())))
+    def replay(
+        self, inputs: Mapping[str, Array], outputs: Sequence[str], dt: float, rows: int | None = None
+    ) -> dict[str, Array]:
+        """Take a whole record; see `ahrs_fmu.cosim.stepper.Replayer`."""
+        rows = len(next(iter(inputs.values()))) if rows is None else rows
         ticks = self._ticks(dt)
         columns = {name: np.repeat(np.asarray(values), ticks, axis=0) for name, values in inputs.items()}
         for name in (*inputs, *outputs):
@@ -161,5 +165,10 @@ class CoreStepper:
             raise ParameterError(f"{self.descriptor.title} has no {role} {name!r}; it has {known}") from None
 
 
-def _port(variable: Variable) -> Port:
-    return Port(variable.unit, () if variable.size == 1 else (variable.size,))
+def _port(descriptor: Descriptor, variable: Variable) -> Port:
+    items = descriptor.enumeration_of(variable).items if variable.type == "enumeration" else []
+    return Port(
+        variable.unit,
+        () if variable.size == 1 else (variable.size,),
+        {item.name: item.value for item in items},
+    )

@@ -69,7 +69,7 @@ class _Variable:
 
     @property
     def port(self) -> Port:
-        return Port(self.unit, self.shape)
+        return Port(self.unit, self.shape, self.items)
 
 
 class Fmu:
@@ -161,6 +161,8 @@ class FmuStepper:
     A new instance is in initialisation: inputs set now shape the initial state, which the first `step`,
     or `initialise`, completes. See `Fmu.instantiate` for the arguments.
     """
+
+    never_fails = False
 
     def __init__(self, fmu: Fmu, parameters: Mapping[str, Value], start_time: float) -> None:
         self.fmu = fmu
@@ -266,9 +268,12 @@ class FmuStepper:
             self._call(self._instance.freeFMUState, held)
         self._anchor, self._count, self._dt = state.anchor, state.count, state.dt
 
-    def replay(self, inputs: Mapping[str, Array], outputs: Sequence[str], dt: float) -> dict[str, Array]:
-        """Take a whole record; see `ahrs_fmu.cosim.stepper.replay`."""
-        return self.run(np.full(len(next(iter(inputs.values()))), dt), inputs, outputs)
+    def replay(
+        self, inputs: Mapping[str, Array], outputs: Sequence[str], dt: float, rows: int | None = None
+    ) -> dict[str, Array]:
+        """Take a whole record; see `ahrs_fmu.cosim.stepper.Replayer`."""
+        rows = len(next(iter(inputs.values()))) if rows is None else rows
+        return self.run(np.full(rows, dt), inputs, outputs)
 
     def run(
         self,

@@ -7,7 +7,7 @@ after it belong to the end of the step and hold until the next one.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -24,6 +24,8 @@ class Port:
     """Unit in the notation of FMI, empty for a pure number."""
     shape: tuple[int, ...] = ()
     """Shape of the value; empty for a scalar."""
+    items: Mapping[str, int] = field(default_factory=dict)
+    """Numbers of an enumeration's items by name."""
 
 
 class Stepper(Protocol):
@@ -63,8 +65,13 @@ class Stepper(Protocol):
 class Replayer(Protocol):
     """A stepper that also takes a whole record in one call, much faster than step by step."""
 
-    def replay(self, inputs: Mapping[str, Array], outputs: Sequence[str], dt: float) -> dict[str, Array]:
-        """Do what `ahrs_fmu.cosim.stepper.replay` does."""
+    never_fails: bool
+    """Whether no step can fail, so that nothing is lost when a record is taken as a whole."""
+
+    def replay(
+        self, inputs: Mapping[str, Array], outputs: Sequence[str], dt: float, rows: int | None = None
+    ) -> dict[str, Array]:
+        """Do what `ahrs_fmu.cosim.stepper.replay` does; without inputs `rows` is the number of steps."""
 
 
 def replay(

@@ -8,24 +8,39 @@ must hand over the value of the step before: `System.delayed` names it.
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ahrs_fmu import units
 from ahrs_fmu.cosim.recording import Recording
-from ahrs_fmu.cosim.stepper import Array, Port, Stepper
+from ahrs_fmu.cosim.stepper import Array, Port, Replayer, Stepper
 from ahrs_fmu.errors import AhrsError, ScenarioError, SimulationError, UnitError
 
 Method = Literal["gauss-seidel", "jacobi"]
 Signal = Callable[[float], ArrayLike]
 """An input over time: the value that holds during the step that ends at a time in seconds."""
-Tap = Callable[[float, Array], Array]
-"""What becomes of a signal on its way, at a time in seconds: a fault."""
+
+
+class Tap(Protocol):
+    """What becomes of a signal on its way: a fault."""
+
+    def __call__(self, time: Array, values: Array) -> Array:
+        """Return what others see of `values` (N, ...) at the ends (N,) of successive steps, s."""
+
+    def save(self) -> object:
+        """Return what is remembered of earlier steps."""
+
+    def restore(self, state: Any) -> None:
+        """Continue from what `save` returned."""
+
+    def reset(self) -> None:
+        """Forget all steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +75,7 @@ class SavedSystem:
     steps: int
     values: Mapping[tuple[str, str], Array]
     states: Mapping[str, object]
+    taps: Mapping[tuple[str, str], Sequence[object]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +106,8 @@ class System:
         which a step ends.
     start_values : sequence of str
         Inputs that may stay at the value they start with.
-    taps : mapping of str to callable, optional
-        By output, ``component.output``: what becomes of it before anybody else sees it.
+    taps : mapping of str to sequence of Tap, optional
+        By output, ``component.output``: what becomes of it, one after the other, before anybody else sees it.
     order : sequence of str, optional
         Order of the sweep; by default that of the data flow.
     method : {"gauss-seidel", "jacobi"}
@@ -111,7 +127,7 @@ class System:
         step: float,
         drives: Mapping[str, ArrayLike | Signal] = MappingProxyType({}),
         start_values: Sequence[str] = (),
-        taps: Mapping[str, Tap] = MappingProxyType({}),
+        taps: Mapping[str, Sequence[Tap]] = MappingProxyType({}),
         order: Sequence[str] | None = None,
         method: Method = "gauss-seidel",
     ) -> None:
@@ -127,7 +143,7 @@ class System:
         for name, drive in drives.items():
             component, variable = self._split(name, "inputs")
             self._drives_of[component].append((variable, _signal(drive)))
-        self._taps = {self._split(name, "outputs"): tap for name, tap in taps.items()}
+        self._taps = {self._split(name, "outputs"): list(chain) for name, chain in taps.items()}
         self._check_inputs(start_values)
         self.order = list(order) if order is not None else self._data_flow()
         if sorted(self.order) != sorted(self.components):
@@ -212,12 +228,17 @@ class System:
         names = list(record)
         wanted = [self._split(name, "outputs") for name in names]
         rows = round(duration / self.step_size)
-        time: Array = self.time + self.step_size * np.arange(1, rows + 1, dtype=np.float64)
-        columns = [np.full((rows, *self.port(name).shape), np.nan) for name in names]
+        time: Array = self.step_size * np.arange(self._steps + 1, self._steps + rows + 1, dtype=np.float64)
         for component, output in wanted:
             if output not in self._read[component]:
                 self._read[component].append(output)
         began = clock.perf_counter()
+        if rows and self._is_a_chain():
+            found = self._run_chain(time)
+            if progress is not None:
+                progress(rows)
+            return _recording(time, names, [found[key] for key in wanted], self, began)
+        columns = [np.full((rows, *self.port(name).shape), np.nan) for name in names]
         for row in range(rows):
             try:
                 self.advance()
@@ -230,10 +251,27 @@ class System:
                 progress(1)
         return _recording(time, names, columns, self, began)
 
+    @contextmanager
+    def tapped(self, signal: str, tap: Tap) -> Iterator[None]:
+        """Let an output, ``component.output``, go through one more tap within this context.
+
+        Raises
+        ------
+        ScenarioError
+            If there is no such output.
+        """
+        chain = self._taps.setdefault(self._split(signal, "outputs"), [])
+        chain.append(tap)
+        try:
+            yield
+        finally:
+            chain.remove(tap)
+
     def save(self) -> SavedSystem:
         """Return the state of all components, for `restore`."""
         states = {name: stepper.save() for name, stepper in self.components.items()}
-        return SavedSystem(self._steps, dict(self._values), states)
+        taps = {key: [tap.save() for tap in chain] for key, chain in self._taps.items()}
+        return SavedSystem(self._steps, dict(self._values), states, taps)
 
     def restore(self, saved: SavedSystem) -> None:
         """Continue from what `save` returned."""
@@ -241,11 +279,17 @@ class System:
         self._values = dict(saved.values)
         for name, stepper in self.components.items():
             stepper.restore(saved.states[name])
+        for key, chain in self._taps.items():
+            for tap, state in zip(chain, saved.taps[key], strict=True):
+                tap.restore(state)
 
     def reset(self) -> None:
         """Bring every component back to its start."""
         for stepper in self.components.values():
             stepper.reset()
+        for chain in self._taps.values():
+            for tap in chain:
+                tap.reset()
         self._steps = 0
 
     def port(self, signal: str) -> Port:
@@ -320,15 +364,52 @@ class System:
             stepper.set(variable, np.asarray(signal(end), dtype=np.float64))
 
     def _initial_values(self) -> dict[tuple[str, str], Array]:
-        """Outputs before the first step, of those components whose outputs somebody uses a step late."""
-        return {
-            key: self._tapped(*key, self.components[key[0]].get(key[1]), 0.0)
-            for key in {(link.source, link.output) for link in self._links}
-        }
+        """Outputs before the first step that somebody uses a step late."""
+        delayed = {connection.source for connection in self.delayed}
+        keys = {(link.source, link.output) for link in self._links if link.connection.source in delayed}
+        return {key: self._tapped(*key, self.components[key[0]].get(key[1]), 0.0) for key in sorted(keys)}
 
     def _tapped(self, component: str, output: str, value: Array, end: float) -> Array:
-        tap = self._taps.get((component, output))
-        return value if tap is None else tap(end, value)
+        chain = self._taps.get((component, output))
+        if chain is None:
+            return value
+        seen: Array = _through(chain, np.array([end]), np.asarray(value)[None])[0]
+        return seen
+
+    def _is_a_chain(self) -> bool:
+        """Whether no signal returns to where it came from and no component can fail on the way."""
+        return not self.delayed and all(
+            isinstance(stepper, Replayer) and stepper.never_fails for stepper in self.components.values()
+        )
+
+    def _run_chain(self, time: Array) -> dict[tuple[str, str], Array]:
+        """Take all steps of one component after the other, which gives what stepping all of them gives."""
+        rows = len(time)
+        found: dict[tuple[str, str], Array] = {}
+        for name in self.order:
+            stepper = self.components[name]
+            assert isinstance(stepper, Replayer)
+            given = {}
+            for link in self._links_to[name]:
+                column = found[link.source, link.output]
+                given[link.input] = column if link.factor == 1.0 else link.factor * column
+            for variable, signal in self._drives_of[name]:
+                given[variable] = np.array([signal(end) for end in time.tolist()], dtype=np.float64)
+            try:
+                columns = stepper.replay(given, self._read[name], self.step_size, rows)
+            except AhrsError as error:
+                raise SimulationError(f"{name} failed before {time[-1]:.9g} s: {error}") from error
+            for output, column in columns.items():
+                found[name, output] = _through(self._taps.get((name, output), ()), time, column)
+        self._values = {key: column[-1] for key, column in found.items()}
+        self._steps += rows
+        return found
+
+
+def _through(chain: Sequence[Tap], time: Array, values: Array) -> Array:
+    for tap in chain:
+        values = tap(time, values)
+    return values
 
 
 def _signal(drive: ArrayLike | Signal) -> Signal:

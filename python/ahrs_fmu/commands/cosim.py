@@ -1,0 +1,146 @@
+"""``ahrs-fmu cosim``."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ahrs_fmu import plots
+from ahrs_fmu.commands import terminal
+from ahrs_fmu.commands.numbers import write_json
+from ahrs_fmu.cosim import running, scenario
+from ahrs_fmu.cosim.instances import Instances, Via
+from ahrs_fmu.cosim.plots import run_figure
+from ahrs_fmu.cosim.running import Outcome
+from ahrs_fmu.cosim.scenario import Case, ScenarioFile
+
+EXAMPLES = """
+Examples:
+  ahrs-fmu cosim gust.cosim.toml --plot          run, judge, draw
+  ahrs-fmu cosim gust.cosim.toml --via fmu3      every model as an FMI 3 FMU
+  ahrs-fmu cosim gust.cosim.toml --seed 7 --set components.estimator.model=kcf
+
+docs/cosim.md describes the files; pytest runs them too.
+"""
+
+
+def cosim(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE", help="Scenario files, NAME.cosim.toml.")],
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="FIELD=VALUE", help="A field by its dotted name; may be repeated."),
+    ] = None,
+    seeds: Annotated[
+        list[int] | None, typer.Option("--seed", min=0, help="Instead of those of the file; may be repeated.")
+    ] = None,
+    via: Annotated[Via | None, typer.Option(help="Who computes the models of this package.")] = None,
+    plot: Annotated[bool, typer.Option("--plot", help="Draw each run as PNG and SVG.")] = False,
+    show: Annotated[bool, typer.Option("--open", help="Draw, and open the pictures.")] = False,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the signals of the last run: .csv or .parquet.")
+    ] = None,
+    json: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the verdicts as JSON.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for FMUs and plots.")] = Path(
+        "build"
+    ),
+) -> int:
+    """Run scenarios of several components and judge them.
+
+    Returns 1 when an expectation does not hold or a run stops.
+    """
+    changes = _changes(settings or [])
+    opened = [scenario.read(file) for file in files]
+    if via is not None:
+        opened = [file.computed_by(via) for file in opened]
+    results: list[dict[str, object]] = []
+    good = True
+    with Instances(output) as instances:
+        for file in opened:
+            for case in file.cases(changes, seeds or None):
+                outcome = _run(file, case, instances)
+                _print(file, outcome)
+                if plot or show:
+                    _draw(file, outcome, output, show)
+                if record is not None:
+                    _write(outcome, record)
+                good = good and outcome.passed
+                results.append(summary(file.name, outcome))
+    write_json({"runs": results}, json)
+    return int(not good)
+
+
+def summary(name: str, outcome: Outcome) -> dict[str, object]:
+    """Verdicts of a run as plain data."""
+    rows = [
+        {"clause": v.clause, "measured": v.measured, "unit": v.unit, "limit": v.limit, "passed": v.passed}
+        for v in outcome.verdicts
+    ]
+    return {
+        "scenario": name,
+        "case": outcome.case.label,
+        "passed": outcome.passed,
+        "failure": outcome.failure,
+        "verdicts": rows,
+    }
+
+
+def _changes(settings: list[str]) -> dict[str, object]:
+    """Read FIELD=VALUE with values as TOML writes them; what is no TOML is a text."""
+    found: dict[str, object] = {}
+    for name, value in terminal.assignments(settings, "--set").items():
+        try:
+            found[name] = tomllib.loads(f"value = {value}")["value"] if isinstance(value, str) else value
+        except tomllib.TOMLDecodeError:
+            found[name] = value
+    return found
+
+
+def _run(file: ScenarioFile, case: Case, instances: Instances) -> Outcome:
+    with terminal.progress() as progress:
+        task = progress.add_task(f"{file.name} {case.label}", total=case.scenario.rows)
+        return running.run(case, instances, file.path.parent, lambda done: progress.advance(task, done))
+
+
+def _print(file: ScenarioFile, outcome: Outcome) -> None:
+    recording = outcome.recording
+    seconds = f"{recording.time[-1]:.0f} s" if len(recording) else "0 s"
+    terminal.OUT.print(
+        f"{file.name} {outcome.case.label}: {seconds}, {recording.real_time_factor:.0f} times real time"
+    )
+    if outcome.failure:
+        terminal.OUT.print(f"  stopped: {outcome.failure}")
+        return
+    table = terminal.table(["expectation"], ["measured", "limit", "at [s]"])
+    table.add_column("verdict")
+    for verdict in outcome.verdicts:
+        at = "" if verdict.at is None else f"{verdict.at:.2f}"
+        table.add_row(
+            verdict.clause, verdict.value, verdict.limit, at, "holds" if verdict.passed else "FAILS"
+        )
+    terminal.OUT.print(table)
+
+
+def _draw(file: ScenarioFile, outcome: Outcome, output: Path, show: bool) -> None:
+    if len(outcome.recording) < 2:
+        return
+    stem = re.sub(r"[^\w.=-]+", "_", f"{file.name}-{outcome.case.label}")
+    figure = run_figure(outcome, f"{file.name}, {outcome.case.label}")
+    for picture in plots.save(figure, output / "cosim" / stem):
+        terminal.OUT.print(f"plot: {picture}")
+    if show:
+        typer.launch(str(output / "cosim" / f"{stem}.png"))
+
+
+def _write(outcome: Outcome, path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix == ".csv":
+        outcome.recording.write_csv(path)
+    elif path.suffix == ".parquet":
+        outcome.recording.write_parquet(path)
+    else:
+        raise typer.BadParameter(f"{path}: give a file that ends in .csv or .parquet", param_hint="--record")
+    terminal.OUT.print(f"written: {path}")

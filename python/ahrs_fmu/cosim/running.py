@@ -1,0 +1,176 @@
+"""Running a case of a scenario: components made and connected, signals recorded, expectations judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ahrs_fmu.cosim import faults, loop_gain
+from ahrs_fmu.cosim.derived import source_of, with_derived
+from ahrs_fmu.cosim.expectations import MARGINS, Expectation, Verdict, judge
+from ahrs_fmu.cosim.instances import Instances
+from ahrs_fmu.cosim.recording import Recording
+from ahrs_fmu.cosim.scenario import Case, Scenario
+from ahrs_fmu.cosim.stepper import Port, Stepper
+from ahrs_fmu.cosim.system import System
+from ahrs_fmu.errors import ScenarioError, SimulationError
+
+_SAMPLE_TIME = "sample_time"
+_SEED = "seed"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """What came out of a case.
+
+    Attributes
+    ----------
+    case : Case
+    recording : Recording
+        With the derived signals, up to the failure if there was one.
+    verdicts : sequence of Verdict
+        One for each clause; none after a failure.
+    failure : str
+        Why the run stopped; empty if it did not.
+    """
+
+    case: Case
+    recording: Recording
+    verdicts: Sequence[Verdict]
+    failure: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether the run came to its end and every clause holds."""
+        return not self.failure and all(verdict.passed for verdict in self.verdicts)
+
+
+def assemble(case: Case, instances: Instances, folder: Path) -> System:
+    """Connect the components of a case.
+
+    Parameters
+    ----------
+    case : Case
+    instances : Instances
+        Where the components come from; they are in use until it hands them out again.
+    folder : Path
+        What file names are relative to.
+
+    Raises
+    ------
+    ScenarioError
+        If the components do not fit together.
+    """
+    scenario = case.scenario
+    components = _played(scenario, case.seed)
+    common = {_SAMPLE_TIME: scenario.step, _SEED: case.seed}
+    for name, component in scenario.components.items():
+        if name in components:
+            raise ScenarioError(
+                f"components.{name}: the table [{name}] already makes a component of this name"
+            )
+        parameters = component.parameters
+        if name == scenario.sensor_of:
+            parameters = scenario.sensor_parameters() | parameters
+        components[name] = instances.open(name, component, parameters, common, folder)
+
+    def port(signal: str) -> Port:
+        component, _, output = signal.partition(".")
+        if component not in components or output not in components[component].outputs:
+            raise ScenarioError(f"faults: there is no signal '{signal}'")
+        return components[component].outputs[output]
+
+    return System(
+        components,
+        scenario.connections,
+        step=scenario.step,
+        drives=scenario.drives,
+        start_values=scenario.start_values,
+        taps=faults.taps(scenario.faults, port, scenario.step, case.seed),
+        method=scenario.method,
+    )
+
+
+def run(
+    case: Case,
+    instances: Instances,
+    folder: Path,
+    progress: Callable[[int], None] | None = None,
+) -> Outcome:
+    """Run a case and judge it.
+
+    Parameters
+    ----------
+    case : Case
+    instances : Instances
+    folder : Path
+        What file names are relative to.
+    progress : callable, optional
+        Called with the number of steps done since the last call.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario is wrong: nothing of it depends on what a component does.
+    """
+    scenario = case.scenario
+    system = assemble(case, instances, folder)
+    wanted = signals_of(scenario)
+    try:
+        recording = system.run(scenario.duration, wanted, progress)
+    except SimulationError as error:
+        if not isinstance(error.recording, Recording):
+            raise
+        return Outcome(case, with_derived(error.recording, scenario.signals), (), str(error))
+    recording = with_derived(recording, scenario.signals)
+    items = {name: system.port(name).items for name in wanted}
+    verdicts = [
+        judge(
+            expectation,
+            recording,
+            items,
+            scenario.fault_end,
+            _margins(expectation, system),
+        )
+        for expectation in scenario.expect
+    ]
+    return Outcome(case, recording, verdicts)
+
+
+def signals_of(scenario: Scenario) -> list[str]:
+    """Outputs that have to be recorded: those asked for, and what expectations and derived signals need.
+
+    Raises
+    ------
+    ScenarioError
+        If an expectation names a derived signal or a part of one that there is not.
+    """
+    names = list(scenario.record)
+    for derived in scenario.signals.values():
+        names += derived.sources
+    for expectation in scenario.expect:
+        source = source_of(expectation.signal)
+        if source.partition(".")[0] not in scenario.signals:
+            names.append(source)
+    return list(dict.fromkeys(names))
+
+
+def _margins(expectation: Expectation, system: System) -> Mapping[str, float]:
+    if expectation.measure not in MARGINS:
+        return {}
+    found = loop_gain.margins(system, expectation.signal, expectation.direction)
+    return {"phase_margin": found.phase_margin, "gain_margin": found.gain_margin}
+
+
+def _played(scenario: Scenario, seed: int) -> dict[str, Stepper]:
+    """Components made of tables; a manoeuvre may be looked at a step beyond the end."""
+    rows = scenario.rows + 1
+    found: dict[str, Stepper] = {}
+    if scenario.manoeuvre is not None:
+        found["manoeuvre"] = scenario.manoeuvre.playback(scenario.step, rows)
+    if scenario.motion is not None:
+        found["motion"] = scenario.motion.playback(scenario.step, rows)
+    if scenario.wind is not None:
+        found["wind"] = scenario.wind.playback(scenario.step, rows, seed)
+    return found
