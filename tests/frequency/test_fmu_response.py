@@ -13,6 +13,7 @@ import pytest
 
 from ahrs_fmu.analysis import systems
 from ahrs_fmu.analysis.coupling import error_model, gains_on_axes
+from ahrs_fmu.analysis.equivalent import small_signal
 from ahrs_fmu.analysis.linear_model import linearise
 from ahrs_fmu.analysis.measure import (
     OperatingPoint,
@@ -22,7 +23,7 @@ from ahrs_fmu.analysis.measure import (
     shared_stepped_sine,
     stepped_sine,
 )
-from ahrs_fmu.analysis.theory import Gains, filter_of
+from ahrs_fmu.analysis.theory import Gains, LowPass, filter_of
 from ahrs_fmu.cosim import opening
 from ahrs_fmu.cosim.fmu import Fmu, FmuStepper
 from ahrs_fmu.errors import DesignError
@@ -98,6 +99,28 @@ def test_coupled_roll_of_the_fmu_follows_the_loop_gain_matrix(gcf_fmu: Fmu) -> N
     schedule = plan("angle", omega, filter_of(SECOND.scaled(0.4), T), math.radians(1.0))
     response = stepped_sine(gcf(gcf_fmu, SECOND, error="coupled"), schedule, T, 0)
     np.testing.assert_allclose(response.gain, g_a[:, 0].T, atol=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("fmi", "omega"),
+    [
+        ("3", [2.0, 10.0]),
+        pytest.param("2", OMEGA, marks=EVERYTHING),
+        pytest.param("3", OMEGA, marks=EVERYTHING),
+    ],
+)
+def test_an_fmu_of_the_python_back_end_has_the_response_of_the_theory(
+    folder: Path, fmi: Fmi, omega: np.ndarray
+) -> None:
+    with Fmu(build_fmu("gcf", fmi=fmi, backend="python", output=folder / "python")) as fmu:
+        assert_response(fmu.instantiate(parameters(SECOND)), SECOND, "angle", 1, omega)
+
+
+def test_the_kcf_fmu_is_a_low_pass_of_second_order(folder: Path) -> None:
+    with Fmu(build_fmu("kcf", fmi="3", output=folder)) as fmu:
+        found = small_signal(fmu.instantiate({"sample_time": T}), T)
+    assert isinstance(found.law, LowPass)
+    assert found.law.natural_frequency == pytest.approx(math.sqrt(2.0) / 3.5, rel=0.015)
 
 
 @EVERYTHING

@@ -58,7 +58,7 @@ def test_measured_points_come_with_a_deviation_below() -> None:
         "deviation\n[dB]",
         "deviation\n[deg]",
     ]
-    assert {"measured, angle", "measured, rate"} <= set(labels(figure))
+    assert {"measured, angle", "measured, gyro"} <= set(labels(figure))
     drawn = [np.asarray(drawn.get_ydata()) for drawn in figure.axes[2].lines]
     assert any(y.size == 3 and np.max(np.abs(y)) < 0.1 for y in drawn)
 

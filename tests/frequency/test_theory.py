@@ -12,12 +12,14 @@ from scipy.integrate import quad
 from ahrs_fmu.analysis import systems
 from ahrs_fmu.analysis.theory import (
     Gains,
+    LowPass,
     bias_error,
     characterise,
     compensate,
     complementary,
     correction,
     crossover,
+    describe,
     discretise,
     filter_of,
     noise_bandwidth,
@@ -273,9 +275,32 @@ def test_any_correction_law_makes_a_complementary_filter() -> None:
     )
 
 
+@TIMES
+def test_a_low_pass_is_a_filter_without_zero(sample_time: float | None) -> None:
+    wn, zeta = 0.4, 0.7
+    pair = filter_of(LowPass(wn, zeta), sample_time)
+    g_a, g_b = pair.respond(OMEGA)
+    s = 1j * OMEGA
+    expected = wn**2 / (s**2 + 2.0 * zeta * wn * s + wn**2)
+    np.testing.assert_allclose(g_a, expected, rtol=1e-12 if sample_time is None else 0.25)
+    np.testing.assert_allclose(g_a + g_b, 1.0, rtol=0, atol=1e-12)
+    found = characterise(pair)
+    assert found.natural_frequency == pytest.approx(wn, rel=1e-9 if sample_time is None else 0.01)
+    assert found.damping == pytest.approx(zeta, rel=1e-9 if sample_time is None else 0.01)
+    assert found.bias_error == pytest.approx(2.0 * zeta / wn, rel=1e-9)
+
+
+def test_laws_are_described_with_their_units() -> None:
+    assert describe(Gains(1.0, 0.3, 0.05)) == "kp = 1 rad/s, ki = 0.3 rad2/s2, kii = 0.05 rad3/s3"
+    assert describe(Gains(0.5)) == "kp = 0.5 rad/s"
+    assert describe(LowPass(0.4, 0.7)) == "natural frequency 0.4 rad/s, damping 0.7"
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
+        (lambda: LowPass(-0.4, 0.7), "natural frequency = -0.4"),
+        (lambda: LowPass(0.4, 0.0), "damping = 0"),
         (lambda: Gains(-1.0), "kp = -1"),
         (lambda: Gains(0.0), "kp = 0"),
         (lambda: Gains(1.0, math.nan), "ki = nan"),

@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
-from ahrs_fmu.analysis.measure import FrequencyResponse, deviation
+from ahrs_fmu.analysis.measure import FrequencyResponse, deviation, plan, stepped_sine
 from ahrs_fmu.analysis.systems import Array, ComplexArray
-from ahrs_fmu.analysis.theory import ComplementaryFilter, Gains, crossover, filter_of
+from ahrs_fmu.analysis.theory import ComplementaryFilter, Gains, Law, LowPass, crossover, filter_of
+from ahrs_fmu.cosim.stepper import Stepper
 from ahrs_fmu.errors import DesignError
 
 _NO_INTEGRAL = 1e-3
 """An integral gain below this part of kp^2 makes no second-order filter."""
-_WORTH_A_LAG = 0.5
-"""A mismatch in dB above which a low-pass behind the filter is tried."""
+_SLOWEST_TONE, _FASTEST_TONE, _TONES = 0.02, 30.0, 14
+"""Where a response is measured: rad/s, and how many."""
+_SMALL = math.radians(1.0)
+_ROUGH = 0.5
+"""A mismatch in dB above which other forms than gains alone are tried."""
+_BETTER = 0.5
+"""What part of the mismatch they may leave to be taken."""
+_FIRST_LAG = 5.0
+"""Corner in rad/s at which the search for a low-pass begins."""
 _SLOWEST, _FASTEST = 1e-6, 0.99
 """Range of gains and corners: in rad/s, and times the sample rate."""
 
@@ -27,7 +36,8 @@ class Equivalent:
     """A measured response and the first- or second-order filter that is nearest to it."""
 
     response: FrequencyResponse
-    gains: Gains
+    law: Law
+    """Gains, or the low-pass of an estimator that averages the measured angle."""
     filter: ComplementaryFilter
     lag: float | None
     """Corner of a first-order low-pass behind the filter, rad/s; None if there is none."""
@@ -44,6 +54,14 @@ class Equivalent:
         """That of the filter, s."""
         return self.filter.sample_time
 
+    @property
+    def form(self) -> str:
+        """The form of the filter in words."""
+        order = "first" if self.law.order == 1 else "second"
+        low_pass = " low-pass" if isinstance(self.law, LowPass) else ""
+        behind = "" if self.lag is None else f" and low-pass {self.lag:.3g} rad/s"
+        return f"{order} order{low_pass}{behind}"
+
     def respond(self, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """Return G_A and G_B of the nearest filter at `omega` rad/s, the low-pass behind it included.
 
@@ -58,7 +76,9 @@ def equivalent(response: FrequencyResponse, sample_time: float) -> Equivalent:
     """Return the nearest filter, of first order if an integral gain would not matter.
 
     Nearest in the logarithm of the complex gain, so that all frequencies count alike. An estimator that
-    filters its answer once more, as a Kalman filter behind another one does, gets a low-pass in series.
+    averages the measured angle is a low-pass without zero; one that filters its answer once more, as a
+    Kalman filter behind another one does, gets a low-pass in series. Where gains alone are not near, the
+    first of the two that is gets taken.
 
     Parameters
     ----------
@@ -73,37 +93,68 @@ def equivalent(response: FrequencyResponse, sample_time: float) -> Equivalent:
     """
     if np.max(np.abs(response.main)) < 1e-6:
         raise DesignError("the estimator does not answer to the excitation: it has no equivalent filter")
-    plain = _nearest(response, sample_time, lagged=False)
-    if plain.mismatch_db < _WORTH_A_LAG or response.path == "rate":
-        return plain
-    lagged = _nearest(response, sample_time, lagged=True)
-    return lagged if lagged.mismatch_db < 0.5 * plain.mismatch_db else plain
+    nearest = _with_gains(response, sample_time, lagged=False)
+    if nearest.mismatch_db < _ROUGH:
+        return nearest
+    others = [_fit(response, sample_time, LowPass, (1.0, 0.7))]
+    if response.path == "angle":
+        others.append(_with_gains(response, sample_time, lagged=True))
+    better = [other for other in others if other.mismatch_db < _BETTER * nearest.mismatch_db]
+    near = [other for other in better if other.mismatch_db < _ROUGH]
+    return (near or sorted(better, key=lambda other: other.mismatch_db) or [nearest])[0]
 
 
-def _nearest(response: FrequencyResponse, sample_time: float, lagged: bool) -> Equivalent:
-    second = _fit(response, sample_time, order=2, lagged=lagged)
-    if second.gains.ki < _NO_INTEGRAL * second.gains.kp**2:
-        return _fit(response, sample_time, order=1, lagged=lagged)
+def small_signal(stepper: Stepper, sample_time: float, axis: int = 1) -> Equivalent:
+    """Measure how an estimator answers when the measured attitude turns by 1 deg; find the nearest filter.
+
+    Parameters
+    ----------
+    stepper : Stepper
+    sample_time : float
+        Step in seconds; the sample time of the estimator.
+    axis : {0, 1, 2}, optional
+        Body axis; pitch by default, which no coupled error mixes with another axis.
+
+    Raises
+    ------
+    DesignError
+        The stepper is no attitude estimator, or does not answer.
+    """
+    fastest = min(_FASTEST_TONE, math.pi / (2.0 * sample_time))
+    tones = plan("angle", np.geomspace(_SLOWEST_TONE, fastest, _TONES), amplitude=_SMALL)
+    return equivalent(stepped_sine(stepper, tones, sample_time, axis), sample_time)
+
+
+def _with_gains(response: FrequencyResponse, sample_time: float, lagged: bool) -> Equivalent:
+    second = _fit(response, sample_time, Gains, (1.0, 0.1), lagged)
+    if isinstance(second.law, Gains) and second.law.ki < _NO_INTEGRAL * second.law.kp**2:
+        return _fit(response, sample_time, Gains, (1.0,), lagged)
     return second
 
 
-def _fit(response: FrequencyResponse, sample_time: float, order: int, lagged: bool) -> Equivalent:
-    def parts(logarithms: Array) -> tuple[Gains, float | None]:
+def _fit(
+    response: FrequencyResponse,
+    sample_time: float,
+    make: Callable[..., Law],
+    start: tuple[float, ...],
+    lagged: bool = False,
+) -> Equivalent:
+    def parts(logarithms: Array) -> tuple[Law, float | None]:
         values = [float(v) for v in np.exp(logarithms)]
-        return Gains(*values[:order]), values[order] if lagged else None
+        return make(*values[: len(start)]), values[-1] if lagged else None
 
     def mismatch(logarithms: Array) -> Array:
-        gains, lag = parts(logarithms)
-        expected = _expected(response, filter_of(gains, sample_time), lag, response.omega)
+        law, lag = parts(logarithms)
+        expected = _expected(response, filter_of(law, sample_time), lag, response.omega)
         ratio = np.log(response.main / expected)
         return np.concatenate((ratio.real, ratio.imag))
 
-    start = np.log([1.0, 0.1][:order] + [5.0] * lagged)
+    first = np.log([*start, _FIRST_LAG] if lagged else start)
     bounds = (math.log(_SLOWEST**2), math.log(_FASTEST / sample_time))
-    gains, lag = parts(least_squares(mismatch, start, bounds=bounds, x_scale="jac").x)
-    filter_ = filter_of(gains, sample_time)
+    law, lag = parts(least_squares(mismatch, first, bounds=bounds, x_scale="jac").x)
+    filter_ = filter_of(law, sample_time)
     off = deviation(response.main, _expected(response, filter_, lag, response.omega)).magnitude_db
-    return Equivalent(response, gains, filter_, lag, float(np.max(np.abs(off))))
+    return Equivalent(response, law, filter_, lag, float(np.max(np.abs(off))))
 
 
 def _expected(

@@ -34,6 +34,7 @@ _GRID = "#E4E4E4"
 _BACKGROUND = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
 _COLOURS = (BLUE, VERMILION, GREEN, PURPLE, GREY)
 _DASHES = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2)))
+_INPUTS = ("angle", "gyro")
 _MARKERS = ("o", "s", "^", "D", "v")
 
 
@@ -78,16 +79,16 @@ def bode_figure(
     panels = _panels([2.4, 1.6, 0.9, 0.9] if measured else [2.4, 1.6])
     magnitude, phase = panels.axes[:2]
     with style.context(STYLE):
-        _asymptotes(magnitude, filter_, omega)
         for path, (name, colour, dashes) in enumerate(
             (("G_A", BLUE, "-"), ("G_B", VERMILION, (0, (6, 1.5))))
         ):
-            label = f"${name}$ {('angle', 'gyro')[path]}"
+            label = f"${name}$ {_INPUTS[path]}"
             magnitude.semilogx(omega, _decibels(theory[path]), color=colour, linestyle=dashes, label=label)
             phase.semilogx(omega, _phase(theory[path], path), color=colour, linestyle=dashes)
         magnitude.semilogx(
             omega, _decibels(theory[0] + theory[1]), color=GREY, linestyle=(0, (1, 1.2)), label="$G_A + G_B$"
         )
+        _asymptotes(magnitude, filter_, omega)
         for response in measured:
             _points(magnitude, phase, response, filter_)
         if measured:
@@ -274,11 +275,10 @@ def equivalents_figure(found: Mapping[str, Equivalent]) -> Figure:
             expected = _decibels(equivalent.respond(omega)[int(response.path == "rate")])
             panel.semilogx(omega, expected, color=VERMILION, linestyle=_DASHES[1], label="nearest filter")
             _dots(panel, response.omega, _decibels(response.main), response.error_db, (BLUE, "o"), "measured")
-            panel.axvline(equivalent.crossover, color=GREY, linewidth=0.7, linestyle=(0, (2, 2)))
-            order = "first" if equivalent.gains.order == 1 else "second"
-            lag = "" if equivalent.lag is None else f"\nand low-pass {equivalent.lag:.2g} rad/s"
+            panel.axvline(equivalent.crossover, ymin=0.27, color=GREY, linewidth=0.7, linestyle=(0, (2, 2)))
+            form = equivalent.form.replace(" and ", "\nand ")
             within = f"within {max(equivalent.mismatch_db, 1e-3):.1g} dB"
-            text = f"{equivalent.crossover:.2f} rad/s, {order} order{lag}\n{within}"
+            text = f"{equivalent.crossover:.2f} rad/s, {form}\n{within}"
             panel.annotate(text, (0.04, 0.05), xycoords="axes fraction", fontsize=7.0, bbox=_BACKGROUND)
             panel.set_title(name, fontsize=8.5, loc="left")
             panel.grid(which="major", color=_GRID, linewidth=0.5)
@@ -395,7 +395,10 @@ def _asymptotes(panel: Axes, filter_: Responding, omega: Array) -> None:
         steps = math.log(omega[end - 1 if end else 1] / omega[end])
         slope = round(float(np.log(np.abs(two[1] / two[0]))) / steps)
         line = np.abs(two[0]) * (omega / omega[end]) ** slope
-        panel.semilogx(omega, np.minimum(_decibels(line), 0.0), color=_PALE, linewidth=0.7, zorder=1)
+        label = "asymptotes" if path else None
+        panel.semilogx(
+            omega, np.minimum(_decibels(line), 0.0), color=_PALE, linewidth=0.7, zorder=1, label=label
+        )
 
 
 def _mark_crossover(panels: Sequence[Axes], label: Axes, wc: float) -> None:
@@ -440,7 +443,7 @@ def _points(magnitude: Axes, phase: Axes, response: FrequencyResponse, filter_: 
     look, omega, path = _look(response), response.omega, int(response.path == "rate")
     expected = filter_.respond(omega)[path]
     about = _phase(expected, path) + np.degrees(deviation(response.main, expected).phase)
-    label = f"measured, {response.path}"
+    label = f"measured, {_INPUTS[path]}"
     _dots(magnitude, omega, _decibels(response.main), response.error_db, look, label)
     _dots(phase, omega, about, np.degrees(response.error_phase), look)
 

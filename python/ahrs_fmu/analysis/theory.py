@@ -78,11 +78,53 @@ class Gains:
         return Gains(self.kp * loop_gain, self.ki * loop_gain, self.kii * loop_gain)
 
 
-def correction(gains: Gains) -> TransferFunction:
-    """Return H(s) of the first-, second- or third-order filter."""
-    return systems.transfer_function(
-        [gains.kp, gains.ki, gains.kii][: gains.order], [1.0, 0.0, 0.0][: gains.order], None
-    )
+@dataclass(frozen=True, slots=True)
+class LowPass:
+    """Law of a filter that low-passes the measured angle in the frame of the integrated gyro.
+
+    H(s) = wn^2/(s + 2 zeta wn) makes G_A = wn^2/(s^2 + 2 zeta wn s + wn^2), with two poles and no zero. It
+    does not learn the gyro bias.
+
+    Raises
+    ------
+    DesignError
+        A value is not positive or not finite.
+    """
+
+    natural_frequency: float
+    """wn, rad/s; with damping sqrt(1/2), a Butterworth filter, the -3 dB corner."""
+    damping: float
+    """zeta."""
+
+    def __post_init__(self) -> None:
+        require_positive("natural frequency", self.natural_frequency, "rad/s")
+        require_positive("damping", self.damping, "1")
+
+    @property
+    def order(self) -> int:
+        """Order of the filter."""
+        return 2
+
+
+Law = Gains | LowPass
+"""What a correction law is given by."""
+
+
+def correction(law: Law) -> TransferFunction:
+    """Return H(s) of a law."""
+    if isinstance(law, LowPass):
+        wn = law.natural_frequency
+        return systems.transfer_function([wn**2], [1.0, 2.0 * law.damping * wn], None)
+    numerator = [law.kp, law.ki, law.kii][: law.order]
+    return systems.transfer_function(numerator, [1.0, 0.0, 0.0][: law.order], None)
+
+
+def describe(law: Law) -> str:
+    """Return a law as people write it, with units."""
+    if isinstance(law, LowPass):
+        return f"natural frequency {law.natural_frequency:.4g} rad/s, damping {law.damping:.4g}"
+    gains = (("kp", law.kp, "rad/s"), ("ki", law.ki, "rad2/s2"), ("kii", law.kii, "rad3/s3"))
+    return ", ".join(f"{name} = {value:.4g} {unit}" for name, value, unit in gains if value)
 
 
 def discretise(h: TransferFunction | StateSpace, sample_time: float) -> TransferFunction:
@@ -285,19 +327,19 @@ def complementary(h: TransferFunction | StateSpace) -> ComplementaryFilter:
 
 
 def filter_of(
-    gains: Gains, sample_time: float | None = None, motion_time_constant: float | None = None
+    law: Law, sample_time: float | None = None, motion_time_constant: float | None = None
 ) -> ComplementaryFilter:
-    """Return the filter of the given gains.
+    """Return the filter of the given gains or low-pass.
 
     Parameters
     ----------
-    gains : Gains
+    law : Gains or LowPass
     sample_time : float, optional
         Seconds; None gives the continuous filter.
     motion_time_constant : float, optional
         Time constant in seconds of the motion-acceleration compensation, which needs a sample time.
     """
-    h = correction(gains)
+    h = correction(law)
     if sample_time is not None:
         h = discretise(h, sample_time)
     if motion_time_constant is not None:

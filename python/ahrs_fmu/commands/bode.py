@@ -29,7 +29,15 @@ from ahrs_fmu.analysis.measure import (
 from ahrs_fmu.analysis.plots import Responding, bode_figure
 from ahrs_fmu.analysis.quantity import as_json, rows
 from ahrs_fmu.analysis.systems import Array, ComplexArray
-from ahrs_fmu.analysis.theory import Characteristics, ComplementaryFilter, Gains, characterise, filter_of
+from ahrs_fmu.analysis.theory import (
+    Characteristics,
+    ComplementaryFilter,
+    Gains,
+    LowPass,
+    characterise,
+    describe,
+    filter_of,
+)
 from ahrs_fmu.commands import numbers, terminal
 from ahrs_fmu.cosim import opening
 from ahrs_fmu.cosim.core import CoreStepper
@@ -50,6 +58,8 @@ _GAINS = frozenset(("kp", "ki", "kii", "kg", "kh", "error"))
 _WANTED = frozenset(("sample_time", "motion_compensation", "motion_time_constant")) | _GAINS
 _DECOUPLED = 0.0
 """Item of the enumeration `error`."""
+_APART = 1.0
+"""Difference in dB between G_B and 1 - G_A that is worth a word."""
 _WITH_THEORY = "GCF"
 """The estimator whose gains are those of the theory, step by step."""
 
@@ -112,6 +122,11 @@ def bode(
         _print_theory(omega, theory)
     for response in responses:
         _print_measured(theory, response)
+    if expected is None and np.max(np.abs(_deviation(theory, responses[1]).magnitude_db)) > _APART:
+        terminal.warn(
+            "G_B is not 1 - G_A: the estimator has a use of its own for the gyro, such as taking a slow rate "
+            "at rest for its bias"
+        )
     characteristics = characterise(theory.filter if isinstance(theory, Equivalent) else theory)
     numbers.print_rows(rows(characteristics), "filter")
     if save:
@@ -138,9 +153,10 @@ def _theory_of(device: Device) -> ComplementaryFilter | None:
 
 def _print_nearest(nearest: Equivalent) -> Equivalent:
     lag = "" if nearest.lag is None else f", with a low-pass of {nearest.lag:.3g} rad/s behind it"
+    low_pass = "low-pass" if isinstance(nearest.law, LowPass) else "complementary filter"
     terminal.OUT.print(
-        f"nearest complementary filter: kp {nearest.gains.kp:.4g}, ki {nearest.gains.ki:.4g}, crossover "
-        f"{nearest.crossover:.3g} rad/s{lag}; it is the theory below"
+        f"nearest {low_pass}: {describe(nearest.law)}, crossover {nearest.crossover:.3g} rad/s{lag}; "
+        f"it is the theory below"
     )
     return nearest
 

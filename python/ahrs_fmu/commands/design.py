@@ -28,7 +28,7 @@ from ahrs_fmu.analysis.explain import explain as explain_gains
 from ahrs_fmu.analysis.plots import allan_figure, error_figure
 from ahrs_fmu.analysis.quantity import as_json, rows
 from ahrs_fmu.analysis.sensor_noise import DIP, FIELD, RecordedNoise, noise_of_imu, noise_of_record
-from ahrs_fmu.analysis.theory import Gains, characterise, filter_of
+from ahrs_fmu.analysis.theory import Gains, characterise, describe, filter_of
 from ahrs_fmu.commands import numbers, terminal
 from ahrs_fmu.errors import DesignError
 
@@ -88,7 +88,7 @@ def design(
     else:
         gains = optimal_gains(noisy.tilt)
     filter_ = filter_of(gains, sample_time).require_stable()
-    terminal.OUT.print(_text(gains, "gains"))
+    terminal.OUT.print(f"gains: {describe(gains)}")
     found = characterise(filter_)
     numbers.print_rows(rows(found), "filter")
     data: dict[str, object] = {
@@ -128,8 +128,8 @@ def allan(
         )
     numbers.print_rows(rows(found.noise), "mean of the axes")
     tilt, heading = optimal_gains(found.noise.tilt), optimal_gains(found.noise.heading)
-    terminal.OUT.print(_text(tilt, "best gains for roll and pitch at rest"))
-    terminal.OUT.print(_text(heading, "best gains for the heading at rest"))
+    terminal.OUT.print(f"best gains for roll and pitch at rest: {describe(tilt)}")
+    terminal.OUT.print(f"best gains for the heading at rest: {describe(heading)}")
     if save:
         _print_pictures(plots.save(allan_figure(found.allan, found.fits), output / "allan" / recording.stem))
     numbers.write_json(_allan_json(found), json_file)
@@ -168,7 +168,9 @@ def explain(
         kind,
         number("motion_time_constant") if compensates else None,
     )
-    terminal.OUT.print(f"{_text(gains, descriptor.title)}, {1.0 / number('sample_time'):.4g} Hz, {sensor}")
+    terminal.OUT.print(
+        f"{descriptor.title}: {describe(gains)}, {1.0 / number('sample_time'):.4g} Hz, {sensor}"
+    )
     if kind == "coupled":
         terminal.warn("the coupled error acts on pitch with kg + kh, as shown, on the other axes with less")
     shown = terminal.table(["", "", "what it means"])
@@ -217,11 +219,6 @@ def _motion(text: str | None) -> Motion | None:
         raise typer.BadParameter(f"{text!r} is not of the form RMS,LOW,HIGH", param_hint="--motion")
     rms, low, high = (numbers.number("motion", p) for p in parts)
     return motion_band(rms, low, high)
-
-
-def _text(gains: Gains, what: str) -> str:
-    third = f", kii = {gains.kii:.4g} rad3/s3" if gains.kii else ""
-    return f"{what}: kp = {gains.kp:.4g} rad/s, ki = {gains.ki:.4g} rad2/s2{third}"
 
 
 def _print_prediction(
