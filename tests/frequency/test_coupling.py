@@ -120,6 +120,23 @@ def test_pitch_has_twice_the_gain_and_roll_and_heading_are_coupled() -> None:
     assert np.max(np.abs(g_a[0, 2])) > 0.1
 
 
+def test_roll_and_heading_of_the_coupled_error_are_decibels_off_the_nominal_response() -> None:
+    omega = np.geomspace(0.02, 50.0, 400)
+    g_a, g_b = gains_on_axes(Gains(0.5, 0.1), T, error_model("coupled", DIP)).respond(omega)
+    nominal_a, nominal_b = filter_of(Gains(0.5, 0.1), T).respond(omega)
+    assert round(20.0 * math.log10(np.max(np.abs(g_a[0, 0] / nominal_a))), 1) == 2.7
+    at_a_tenth = float(np.interp(0.1, omega, 20.0 * np.log10(np.abs(g_b[2, 2] / nominal_b))))
+    assert round(at_a_tenth, 1) == 7.7
+
+
+def test_coupled_error_is_stable_up_to_half_the_gains_of_the_decoupled_one() -> None:
+    ki = 400.0
+    kp_limit = (4.0 - 2.0 * ki * T * T) / (4.0 * T)
+    for factor, stable in ((0.999, True), (1.001, False)):
+        poles = gains_on_axes(Gains(factor * kp_limit, ki), T, error_model("coupled", DIP)).poles
+        assert (np.max(np.abs(poles)) < 1.0) == stable
+
+
 def test_every_axis_of_every_error_shares_one_complementary_split() -> None:
     for kind in ("coupled", "decoupled", "attitude"):
         g_a, g_b = gains_on_axes(Gains(1.0, 0.3, 0.05), T, error_model(kind, DIP, TILTED)).respond(OMEGA)

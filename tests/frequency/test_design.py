@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import control
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
@@ -18,6 +19,7 @@ from ahrs_fmu.analysis.design import (
     kalman_gains,
     motion_band,
     noise_of_samples,
+    optimal_covariance,
     optimal_gains,
     predict_rms,
     sampled_kalman_gains,
@@ -59,6 +61,20 @@ def test_closed_form_and_riccati_equation_agree(noise: Noise) -> None:
     closed, riccati = optimal_gains(noise), kalman_gains(noise)
     assert closed.kp == pytest.approx(riccati.kp, rel=1e-10)
     assert closed.ki == pytest.approx(riccati.ki, rel=1e-10)
+
+
+@pytest.mark.parametrize("noise", [NOISES[0], NOISES[1], NOISES[3]])
+def test_covariance_of_the_optimum_is_that_of_the_riccati_equation(noise: Noise) -> None:
+    _, riccati, _ = control.lqe(
+        [[0.0, -1.0], [0.0, 0.0]],
+        np.eye(2),
+        [[1.0, 0.0]],
+        np.diag([noise.gyro**2, noise.bias_walk**2]),
+        [[noise.angle**2]],
+    )
+    closed = optimal_covariance(noise)
+    np.testing.assert_allclose(closed, riccati, rtol=1e-10)
+    assert math.sqrt(closed[0, 0]) == pytest.approx(predict_rms(optimal_gains(noise), noise).total, rel=1e-9)
 
 
 @pytest.mark.parametrize("noise", NOISES)

@@ -77,11 +77,16 @@ TILT_TIME = {"hand": 3.5, "multirotor": 10.0}
 class Shaken:
     """A stepper on a vehicle that vibrates by 1.5 m/s2 up and down from sample to sample, so never rests."""
 
+    never_fails = True
+
     def __init__(self, inner: Stepper) -> None:
         self.inputs, self.outputs, self.reset = inner.inputs, inner.outputs, inner.reset
         self.inner = inner
 
-    def replay(self, inputs: dict[str, np.ndarray], outputs: list[str], dt: float) -> dict[str, np.ndarray]:
+    def replay(
+        self, inputs: dict[str, np.ndarray], outputs: list[str], dt: float, rows: int | None = None
+    ) -> dict[str, np.ndarray]:
+        assert rows is None
         accel = inputs["accel"].copy()
         accel[:, 2] += 1.5 * (-1.0) ** np.arange(len(accel))
         return replay(self.inner, {**inputs, "accel": accel}, outputs, dt)

@@ -102,6 +102,18 @@ def test_noise_bandwidths_have_their_closed_forms() -> None:
     assert noise_bandwidth(filter_of(Gains(1.0, 0.3, 0.05))) == pytest.approx(0.340, rel=1e-12)
 
 
+@pytest.mark.parametrize("gains", [Gains(1.0, 0.3, 0.05), Gains(2.0, 0.7, 0.4), Gains(0.4, 0.2, 0.01)])
+def test_third_order_has_the_noise_bandwidth_and_the_crossover_of_its_formulas(gains: Gains) -> None:
+    kp, ki, kii = gains.kp, gains.ki, gains.kii
+    bandwidth = (kp**2 * kii * ki + (ki**2 - 2.0 * kii * kp) * kii + kii**2 * kp) / (
+        4.0 * kii * (ki * kp - kii)
+    )
+    assert noise_bandwidth(filter_of(gains)) == pytest.approx(bandwidth, rel=1e-10)
+    x = crossover(filter_of(gains)) ** 2
+    cubic = (x**3, -(kp**2) * x**2, (2.0 * kp * kii - ki**2) * x, -(kii**2))
+    assert abs(sum(cubic)) < 1e-10 * max(map(abs, cubic))
+
+
 @ORDERS
 def test_noise_bandwidth_is_the_integral_over_frequency(gains: Gains) -> None:
     pair = filter_of(gains)
@@ -206,6 +218,14 @@ def test_sampled_filter_stays_within_a_tenth_of_a_decibel_of_the_continuous_one(
     assert np.max(np.abs(20.0 * np.log10(np.abs(sampled / continuous)))) <= 0.095
     lead = np.degrees(np.angle(sampled / continuous) - 0.5 * OMEGA * T)
     assert np.max(np.abs(lead)) <= 0.2
+
+
+def test_largest_deviations_of_the_sampled_filter_from_the_continuous_one_are_the_printed_ones() -> None:
+    omega = np.geomspace(0.05, 5.0, 200)
+    sampled, continuous = (filter_of(Gains(0.5, 0.1), t).respond(omega) for t in (T, None))
+    worst_db = max(float(np.max(np.abs(20.0 * np.log10(np.abs(sampled[i] / continuous[i]))))) for i in (0, 1))
+    assert round(worst_db, 3) == 0.095
+    assert round(math.degrees(float(np.max(np.angle(sampled[0] / continuous[0])))), 2) == 2.89
 
 
 def test_constant_and_growing_bias_leave_the_errors_of_the_formulas() -> None:

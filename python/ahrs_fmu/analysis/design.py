@@ -146,6 +146,16 @@ def kalman_gains(noise: Noise) -> Gains:
     return Gains(float(gain[0, 0]), -float(gain[1, 0]))
 
 
+def optimal_covariance(noise: Noise) -> Array:
+    """Return the covariance (2, 2) of angle and bias that the optimal gains leave, in closed form.
+
+    P11 = R sqrt(N^2 + 2KR), P12 = -KR, P22 = K sqrt(N^2 + 2KR), in rad^2, rad^2/s and rad^2/s^2.
+    """
+    together = math.sqrt(noise.gyro**2 + 2.0 * noise.bias_walk * noise.angle)
+    across = -noise.bias_walk * noise.angle
+    return np.array([[noise.angle * together, across], [across, noise.bias_walk * together]])
+
+
 def sampled_kalman_gains(noise: Noise, sample_time: float) -> Gains:
     """Return kp and ki whose sampled filter is the steady Kalman filter at this sample time.
 
