@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from typing import Literal
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from ahrs_fmu import metrics, models, scenarios
 from ahrs_fmu.errors import ScenarioError
@@ -26,8 +28,22 @@ Array = NDArray[np.float64]
 
 RELATIVE_TOLERANCE = 0.3
 ABSOLUTE_TOLERANCE = math.radians(0.05)
+EXPECTED_SEEDS = 2
+"""How many seeds the independent computation averaged over."""
+CONFIDENCE = 0.99
+"""Of the interval in which the difference of two means of an error that wanders may be."""
 
 Values = dict[str, bool | float | str]
+Verdict = Literal["agrees", "seeds differ", "fails likewise", "holds here", "differs"]
+
+MEANING: dict[Verdict, str] = {
+    "agrees": "within 30 % or 0.05 deg",
+    "seeds differ": "the error wanders; the means differ as those of so few seeds do",
+    "fails likewise": "there the covariance was lost; here it is reset",
+    "holds here": "there the covariance was lost; here it is not",
+    "differs": "neither",
+}
+"""What the verdicts say."""
 
 
 class Variant(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -147,20 +163,38 @@ class Outcome:
     @property
     def agrees(self) -> bool:
         """Whether the mean is within 30 % or 0.05 deg of the expected errors; false without any."""
+        return self.expected is not None and within_tolerance(self.mean, self.expected)
+
+    @property
+    def is_of_the_same_spread(self) -> bool:
+        """Whether the two means can be those of the same wandering error, by Student's t.
+
+        A single seed cannot tell, and passes.
+        """
         if self.expected is None:
             return False
-        limit = np.maximum(RELATIVE_TOLERANCE * self.expected, ABSOLUTE_TOLERANCE)
+        count = len(self.rms)
+        if count < 2:
+            return True
+        error = self.rms.std(axis=0, ddof=1) * math.sqrt(1.0 / EXPECTED_SEEDS + 1.0 / count)
+        limit = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, count - 1)) * error
         return bool((np.abs(self.mean - self.expected) <= limit).all())
 
     @property
-    def verdict(self) -> str:
-        """What the comparison says, with the reason."""
+    def verdict(self) -> Verdict:
+        """What the comparison says."""
         if self.expected is None:
             failed = self.resets > 0 or not np.isfinite(self.rms).all()
-            return "fails likewise" if failed else "does not fail here"
+            return "fails likewise" if failed else "holds here"
         if self.agrees:
             return "agrees"
-        return "differs" if self.settled else "differs, as seeds do"
+        return "seeds differ" if not self.settled and self.is_of_the_same_spread else "differs"
+
+
+def within_tolerance(found: Array, expected: Array) -> bool:
+    """Whether angles in radians are within 30 % or 0.05 deg of what is expected."""
+    limit = np.maximum(RELATIVE_TOLERANCE * np.abs(expected), ABSOLUTE_TOLERANCE)
+    return bool((np.abs(found - expected) <= limit).all())
 
 
 @cache
@@ -179,7 +213,17 @@ def scenario_names(source: str = "all") -> list[str]:
         If there is no such source.
     """
     compared = {name for setting in settings().values() for name in setting.expected}
-    known = [name for name in scenarios.names() if name in compared]
+    return of_source(source, [name for name in scenarios.names() if name in compared])
+
+
+def of_source(source: str, known: Sequence[str]) -> list[str]:
+    """Those of some scenarios that are of one source; ``all`` means all sources.
+
+    Raises
+    ------
+    ScenarioError
+        If there is none.
+    """
     chosen = [name for name in known if source == "all" or name.startswith(f"{source.lower()}/")]
     if not chosen:
         sources = ", ".join(dict.fromkeys(name.partition("/")[0].upper() for name in known))
@@ -193,8 +237,9 @@ def run(
     seeds: Iterable[int] = range(1, 11),
     backend: Backend = "c",
     precision: Precision = "double",
+    done: Callable[[], object] = lambda: None,
 ) -> list[Outcome]:
-    """Run settings, given by name, on a scenario with several seeds.
+    """Run settings, given by name, on a scenario with several seeds; `done` is called after each setting.
 
     Raises
     ------
@@ -202,7 +247,11 @@ def run(
         If there is no scenario or no setting of a name.
     """
     simulations = [scenarios.simulate(scenario, seed) for seed in seeds]
-    return [_outcome(name, scenario, simulations, backend, precision) for name in chosen]
+    outcomes = []
+    for name in chosen:
+        outcomes.append(_outcome(name, scenario, simulations, backend, precision))
+        done()
+    return outcomes
 
 
 def setting(name: str) -> Setting:

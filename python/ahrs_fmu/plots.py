@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import NDArray
 
 from ahrs_fmu import quaternion
@@ -29,6 +31,10 @@ _TRUTH = "#AAAAAA"
 _SHADE = "#F3EFE0"
 _ERRORS = (("total", "#333333"), ("heading", "#D55E00"), ("inclination", "#009E73"))
 _ANGLES = ("roll", "pitch", "yaw")
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
+"""Of estimates that are compared."""
+# A broad pale line below a thin strong one: both stay visible where they agree.
+_TRUE_LINE: Mapping[str, Any] = {"color": _TRUTH, "linewidth": 2.6, "label": "truth"}
 
 PAGE_WIDTH = 7.1
 _ROW_HEIGHT = 1.15
@@ -86,7 +92,7 @@ def replay_figure(record: Record, q: FloatArray, label: str) -> Figure:
 
 
 def comparison_figure(record: Record, estimates: Mapping[str, FloatArray], title: str) -> Figure:
-    """Draw the true angles of a record and the errors of several estimates.
+    """Draw the angles of several estimates over the truth, and their errors.
 
     Parameters
     ----------
@@ -99,29 +105,44 @@ def comparison_figure(record: Record, estimates: Mapping[str, FloatArray], title
     Returns
     -------
     Figure
-        True angles above, errors of roll, pitch and yaw below, in degrees over seconds.
+        Roll, pitch and yaw on the left, their errors on the right, in degrees over seconds; the samples that
+        count in the metric are shaded.
+
+    Raises
+    ------
+    RecordError
+        If the record has no true attitude.
     """
     if record.q_true is None:
         raise RecordError(f"{record.name} has no true attitude: there is no error to draw")
+    time = record.time - record.time[0]
+    truth = np.degrees(quaternion.to_euler(record.q_true))
+    angles = {label: np.degrees(quaternion.to_euler(q)) for label, q in estimates.items()}
+    errors = {label: np.degrees(attitude_error(q, record.q_true).euler) for label, q in estimates.items()}
     with style.context(STYLE):
-        figure = Figure(figsize=(PAGE_WIDTH, 5.0 * _ROW_HEIGHT), layout="constrained")
+        layout = ConstrainedLayoutEngine(wspace=0.06)
+        figure = Figure(figsize=(PAGE_WIDTH, 4.4 * _ROW_HEIGHT), layout=layout)
         FigureCanvasAgg(figure)
-        top, *panels = figure.subplots(4, 1, sharex=True)
-        time = record.time - record.time[0]
-        truth = np.degrees(quaternion.to_euler(record.q_true))
+        panels = figure.subplots(len(_ANGLES), 2, sharex=True)
         for axis, name in enumerate(_ANGLES):
-            top.plot(*thinned(time, unwrapped_gaps(truth[:, axis])), label=name)
-        top.set_ylabel("truth [deg]")
-        top.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        for label, q in estimates.items():
-            error = np.degrees(attitude_error(q, record.q_true).euler)
-            for axis, panel in enumerate(panels):
-                panel.plot(*thinned(time, error[:, axis]), label=label)
-        for panel, name in zip(panels, _ANGLES, strict=True):
-            panel.set_ylabel(f"{name}\nerror [deg]")
-        panels[0].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        panels[-1].set_xlabel("time [s]")
-        figure.suptitle(title)
+            left, right = panels[axis]
+            left.plot(*thinned(time, unwrapped_gaps(truth[:, axis])), **_TRUE_LINE)
+            left.set_ylabel(f"{name} [deg]")
+            right.set_ylabel(f"error of {name} [deg]")
+            right.axhline(0.0, color=_TRUTH, linewidth=0.6, zorder=0)
+            for label, colour in zip(estimates, _COLOURS, strict=False):
+                line = {"color": colour, "linewidth": 0.8, "label": label}
+                left.plot(*thinned(time, unwrapped_gaps(angles[label][:, axis])), **line)
+                right.plot(*thinned(time, errors[label][:, axis]), **line)
+            _shade(left, record)
+            _shade(right, record)
+        for panel in panels[-1]:
+            panel.set_xlabel("time [s]")
+            panel.set_xlim(0.0, record.duration)
+        figure.align_ylabels()
+        figure.suptitle(title, fontsize=9.0, x=0.01, ha="left")
+        handles, names = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside lower center", ncols=len(names), frameon=False)
     return figure
 
 
@@ -154,10 +175,7 @@ def _draw_angles(panels: Sequence[Axes], record: Record, q: FloatArray, label: s
     truth = None if record.q_true is None else np.degrees(quaternion.to_euler(record.q_true))
     for axis, (panel, name) in enumerate(zip(panels, _ANGLES, strict=True)):
         if truth is not None:
-            # A broad pale line below a thin strong one: both stay visible where they agree.
-            panel.plot(
-                *thinned(time, unwrapped_gaps(truth[:, axis])), color=_TRUTH, linewidth=2.6, label="truth"
-            )
+            panel.plot(*thinned(time, unwrapped_gaps(truth[:, axis])), **_TRUE_LINE)
         panel.plot(*thinned(time, unwrapped_gaps(estimate[:, axis])), color=_ESTIMATE, label=label)
         panel.set_ylabel(f"{name} [deg]")
         drawn = estimate[:, axis] if truth is None else np.concatenate((estimate[:, axis], truth[:, axis]))

@@ -11,26 +11,9 @@ import ahrs_fmu
 from ahrs_fmu import metrics, scenarios
 
 SEEDS = range(1, 11)
-LEAK = -0.02 / math.log(0.98)
 
 COUPLED = {"error": "coupled"}
-DECOUPLED: dict[str, object] = {}
-LEAKY = {"motion_compensation": True, "motion_time_constant": LEAK}
 FULL = {"motion_compensation": True, "motion_time_constant": math.inf}
-
-# Roll, pitch, yaw in degrees, from an independent implementation (two seeds).
-EXPECTED = [
-    ("gc/static", COUPLED, (0.03, 0.01, 0.05)),
-    ("gc/static", DECOUPLED, (0.03, 0.02, 0.03)),
-    ("gc/static", COUPLED | LEAKY, (0.54, 0.02, 0.41)),
-    ("gc/lin", COUPLED, (0.03, 2.46, 0.05)),
-    ("gc/lin", DECOUPLED, (0.03, 3.64, 0.03)),
-    ("gc/lin", COUPLED | LEAKY, (0.54, 0.10, 0.41)),
-    ("gc/circ", COUPLED, (6.33, 6.29, 6.06)),
-    ("gc/circ", DECOUPLED, (12.32, 12.17, 5.41)),
-    ("gc/circ", COUPLED | LEAKY, (1.00, 0.53, 0.82)),
-    ("gc/circ", DECOUPLED | LEAKY, (7.73, 5.50, 5.41)),
-]
 
 
 def estimator(simulation: scenarios.Simulation, options: dict[str, object]) -> ahrs_fmu.GCF:
@@ -56,28 +39,6 @@ def rms(name: str, options: dict[str, object]) -> np.ndarray:
         error = metrics.attitude_error(result.q, simulation.record.q_true).euler
         rows.append(np.sqrt(np.mean(error**2, axis=0)))
     return np.degrees(rows)
-
-
-@pytest.mark.parametrize(("name", "options", "expected"), EXPECTED)
-def test_errors_are_those_of_an_independent_implementation(
-    name: str, options: dict[str, object], expected: tuple[float, ...]
-) -> None:
-    measured = rms(name, options).mean(axis=0)
-    tolerance = np.maximum(0.3 * np.asarray(expected), 0.05)
-    assert np.all(np.abs(measured - expected) <= tolerance), f"{measured} against {expected}"
-
-
-@pytest.mark.parametrize(
-    ("name", "expected"), [("gc/static", (0.66, 0.92, 0.50)), ("gc/lin", (0.66, 1.08, 0.50))]
-)
-def test_slowly_observed_tilt_wanders_as_in_an_independent_implementation(
-    name: str, expected: tuple[float, ...]
-) -> None:
-    # The error follows the random walk of the gyroscope bias: seeds differ ninefold, and the expected values
-    # are a mean of two, which drifted by 2.62 deg in pitch without any correction where the average is 2.0.
-    each = rms(name, DECOUPLED | LEAKY)
-    spread = each.std(axis=0, ddof=1) * math.sqrt(1 / 2 + 1 / len(each))
-    assert np.all(np.abs(each.mean(axis=0) - expected) <= 3 * spread)
 
 
 def test_full_compensation_trades_the_error_of_acceleration_for_drift() -> None:
