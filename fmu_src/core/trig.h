@@ -94,18 +94,24 @@ static inline ahrs_real ahrs_atan2(ahrs_real y, ahrs_real x) {
 
 /* exp(-x) for x >= 0, infinity included. */
 static inline ahrs_real ahrs_exp_decay(ahrs_real x) {
+    static const ahrs_real INVERSE[15] = {
+        AHRS_C(1.0) / 15, AHRS_C(1.0) / 14, AHRS_C(1.0) / 13, AHRS_C(1.0) / 12, AHRS_C(1.0) / 11,
+        AHRS_C(1.0) / 10, AHRS_C(1.0) / 9,  AHRS_C(1.0) / 8,  AHRS_C(1.0) / 7,  AHRS_C(1.0) / 6,
+        AHRS_C(1.0) / 5,  AHRS_C(1.0) / 4,  AHRS_C(1.0) / 3,  AHRS_C(1.0) / 2,  AHRS_C(1.0)};
     if (!(x < 80)) {
         return 0;
     }
     const int32_t k = (int32_t)(x * AHRS_C(1.4426950408889634) + AHRS_C(0.5));
     const ahrs_real n = (ahrs_real)k;
     const ahrs_real r = (x - n * AHRS_LN2_1) - n * AHRS_LN2_2;
-    ahrs_real y = 1;
-    for (int32_t i = 15; i > 0; i--) {
-        y = 1 - y * (r * (1 / (ahrs_real)i));
+    ahrs_real y = 1, half = AHRS_C(0.5);
+    for (int32_t i = 0; i < 15; i++) {
+        y = 1 - y * (r * INVERSE[i]);
     }
-    for (int32_t i = 0; i < k; i++) {
-        y *= AHRS_C(0.5);
+    /* y / 2^k, from powers of one half by squaring. */
+    for (int32_t left = k; left > 0; left >>= 1) {
+        y = left & 1 ? y * half : y;
+        half *= half;
     }
     return y;
 }

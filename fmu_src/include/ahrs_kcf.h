@@ -77,8 +77,8 @@ typedef struct {
 
 typedef struct {
     ahrs_estimator_state common;
-    ahrs_real x[19]; /* Field (3, of its norm), hard iron (3, of the field), latency (s), gyroscope bias (3, rad/s), scale and misalignment (9, row by row) [1] */
-    ahrs_real cov[190]; /* Covariance of x, lower triangle row by row [1] */
+    ahrs_real x[19]; /* Gyroscope bias (3, rad/s), scale and misalignment (9, row by row); field (3, of its norm), hard iron (3, of the field), latency (s) [1] */
+    ahrs_real cov[380]; /* Covariance of x, 19 rows of 20: padded with a zero [1] */
     ahrs_real q_int[4]; /* Integrated gyroscope: body to inertial frame [1] */
     ahrs_real q_tilt[4]; /* Inertial frame to level frame of free heading [1] */
     ahrs_real q_level[4]; /* q_tilt with the lag of the averaged force made good [1] */
@@ -87,8 +87,7 @@ typedef struct {
     ahrs_real block_time; /* Time since the last slow step [s] */
     ahrs_real force_time; /* Of which with a usable accelerometer [s] */
     ahrs_real sum_force[3]; /* Integral of the specific force in the inertial frame, sign of gravity [m/s] */
-    ahrs_real sum_error[3]; /* Integral of the corrections of the gyroscope in the inertial frame [rad] */
-    ahrs_real sum_sens[36]; /* Integral of the sensitivity of the rate in the inertial frame to bias and scale, row by row [s] */
+    ahrs_real sum_sens[39]; /* Integral of the sensitivity of the rate in the inertial frame to bias and scale, and of the corrections of the gyroscope (rad), three rows of 13 [s] */
     ahrs_real sum_rate2; /* Integral of the squared rate [rad2/s] */
     ahrs_real blind; /* Time for which the gyroscope has been held [s] */
     ahrs_real rate[3]; /* Rate of the sample before [rad/s] */
@@ -119,7 +118,7 @@ typedef struct {
     ahrs_real job_mag_time; /* Time between this magnetometer update and the one before [s] */
     ahrs_real job_nu[3]; /* Innovation of the magnetometer [1] */
     ahrs_real job_noise[2]; /* Variance expected of one magnetometer sample, and of its update [1] */
-    ahrs_real dx[19]; /* Corrections collected by the slow step under way [1] */
+    ahrs_real dx[20]; /* Corrections of x collected by the slow step under way, padded [1] */
     ahrs_real mag_scale; /* Inverse norm of the first magnetometer sample, 0 before [1/T] */
     ahrs_real misfit; /* Mean squared misfit of the field, of the expected one [1] */
     ahrs_real excess; /* Variance that the misfit has in excess, at the last update [1] */
@@ -130,7 +129,7 @@ typedef struct {
     ahrs_real calm_iron[3]; /* Hard iron before that, of the field [1] */
     ahrs_real north_angle[2]; /* Cosine and sine of the angle from the other field to the old one [1] */
     ahrs_real alt_x[6]; /* Field and hard iron if it is not [1] */
-    ahrs_real alt_cov[21]; /* Covariance of alt_x, lower triangle row by row [1] */
+    ahrs_real alt_cov[48]; /* Covariance of alt_x, 6 rows of 8: padded with zeros [1] */
     ahrs_real alt_q[4]; /* Level attitude when the question was asked [1] */
     ahrs_real alt_misfit; /* Mean squared misfit of the field that no hard iron explains [1] */
     ahrs_real alt_jump; /* Variance that changes have added to the hard iron since the question was asked [1] */

@@ -1,12 +1,17 @@
 /* Kalman-calibrated complementary filter (docs/accuracy.md). The level frame is z down with a free heading; the
  * magnetometer counts in the norm of its first sample. */
 #include "ahrs_kcf.h"
+#include "calibration_covariance.h"
 #include "estimator.h"
 
 #include <string.h>
 
-/* Layout of x. G of its elements, from GYRO on, correct the gyroscope. */
-enum { FIELD = 0, IRON = 3, LATENCY = 6, GYRO = 7, SCALE = 10, N = 19, G = 12 };
+/* Layout of x: bias, scale and misalignment of the gyroscope; then the magnetometer. */
+enum { GYRO = 0, SCALE = 3, G = AHRS_CAL_GYRO, FIELD = G, IRON = FIELD + AHRS_CAL_IRON,
+       LATENCY = FIELD + AHRS_CAL_LATENCY, N = 19 };
+
+/* Width of the rows of cov, and of alt_cov, which has the states of the magnetometer only, without latency. */
+enum { ROW = AHRS_CAL_ROW, ALT_ROW = AHRS_CAL_MAG, ALT_N = AHRS_CAL_LATENCY };
 
 /* A row of the sensitivities: the twelve of bias and scale, and what the filter has already corrected. */
 enum { SENS = G + 1 };
@@ -24,8 +29,7 @@ enum { QUESTION_NEW, QUESTION_OPEN, QUESTION_ANSWERED };
 enum { FIELD_CALM, FIELD_SUSPECT, FIELD_STRANGE, FIELD_OTHER };
 
 /* The parts of the slow step. */
-enum { PHASE_COUPLE, PHASE_GYRO_X, PHASE_GYRO_Y, PHASE_GYRO_Z, PHASE_FIELD, PHASE_MAG_X, PHASE_MAG_Y, PHASE_MAG_Z,
-       PHASE_ALTERNATIVE, PHASE_APPLY, PHASE_EVIDENCE, PHASES };
+enum { PHASE_GYRO, PHASE_FIELD, PHASE_MAG, PHASE_ALTERNATIVE, PHASE_APPLY, PHASE_EVIDENCE, PHASES };
 
 static const ahrs_real SQRT2 = AHRS_C(1.41421356237309504880);
 static const ahrs_real HAND_TIME = AHRS_C(3.5), MULTIROTOR_TIME = AHRS_C(10.0); /* s */
@@ -49,6 +53,7 @@ static const ahrs_real MAG_TIME_MAX = AHRS_C(0.2); /* s: rarer samples count as 
 
 /* Independent views of the field: per second at rest, one per angle in motion, at most so many per second. */
 static const ahrs_real VIEWS_AT_REST = AHRS_C(0.02), VIEW_ANGLE = AHRS_C(0.5), VIEWS_MAX = AHRS_C(1.0);
+static const ahrs_real SETTLED = AHRS_C(20.0); /* time constants: what is left of the first tilt error is 2e-9 */
 static const ahrs_real LOST = AHRS_C(0.03); /* rad2: an attitude less certain than 10 deg begins anew */
 static const ahrs_real TURNED = AHRS_C(6e-4); /* squared difference of rotation matrices: 1 deg */
 static const ahrs_real EVIDENCE_DECIDES = AHRS_C(2980.9579870417283); /* odds of e^8 */
@@ -61,71 +66,20 @@ static ahrs_real tau_accel(const ahrs_kcf_params *p) {
 
 static ahrs_real square(ahrs_real a) { return a * a; }
 
-/* Row i of a lower triangle stored row by row. */
-static ahrs_real *row(ahrs_real *cov, int i) { return cov + i * (i + 1) / 2; }
-static const ahrs_real *row_of(const ahrs_real *cov, int i) { return cov + i * (i + 1) / 2; }
-static ahrs_real *entry(ahrs_real *cov, int i, int j) { return i > j ? row(cov, i) + j : row(cov, j) + i; }
-
-/* y = cov h, where h is zero outside [first, last). */
-static void times(const ahrs_real *cov, int n, const ahrs_real *h, int first, int last, ahrs_real *y) {
-    for (int k = 0; k < n; k++) {
-        y[k] = 0;
-    }
-    for (int k = first; k < n; k++) {
-        const ahrs_real *r = row_of(cov, k);
-        const int end = k < last ? k : last;
-        ahrs_real sum = 0;
-        for (int i = first; i < end; i++) {
-            sum += r[i] * h[i];
-        }
-        if (k < last) {
-            for (int i = 0; i < k; i++) {
-                y[i] += r[i] * h[k];
-            }
-            sum += r[k] * h[k];
-        }
-        y[k] += sum;
-    }
-}
-
-/* Scalar measurement of h x, h zero outside [first, last); the correction is collected in dx. False, and nothing done,
- * when the covariance has lost its meaning. */
-static bool measure(ahrs_real *cov, ahrs_real *dx, int n, const ahrs_real *h, int first, int last,
-                    ahrs_real innovation, ahrs_real variance) {
-    ahrs_real y[N];
-    ahrs_real sum = variance;
-    times(cov, n, h, first, last, y);
-    for (int i = first; i < last; i++) {
-        sum += h[i] * y[i];
-        innovation -= h[i] * dx[i];
-    }
-    if (!(sum >= variance && ahrs_is_finite(sum) && ahrs_is_finite(innovation))) {
-        return false;
-    }
-    const ahrs_real inverse = 1 / sum, step = innovation * inverse;
-    for (int i = 0; i < n; i++) {
-        ahrs_real *r = row(cov, i);
-        const ahrs_real gain = y[i] * inverse;
-        dx[i] += y[i] * step;
-        for (int j = 0; j <= i; j++) {
-            r[j] -= gain * y[j];
-        }
-    }
-    return true;
-}
+/* Variance of state i. */
+static ahrs_real *variance_of(ahrs_real *cov, int i) { return cov + (ROW + 1) * i; }
 
 static void reset_covariance(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     memset(s->cov, 0, sizeof s->cov);
     for (int i = 0; i < 3; i++) {
-        *entry(s->cov, FIELD + i, FIELD + i) = 1;
-        *entry(s->cov, IRON + i, IRON + i) = square(p->hard_iron_std);
-        *entry(s->cov, GYRO + i, GYRO + i) = square(p->bias_std);
+        *variance_of(s->cov, FIELD + i) = 1;
+        *variance_of(s->cov, IRON + i) = square(p->hard_iron_std);
+        *variance_of(s->cov, GYRO + i) = square(p->bias_std);
         for (int j = 0; j < 3; j++) {
-            const int k = SCALE + 3 * i + j;
-            *entry(s->cov, k, k) = square(i == j ? p->gyro_scale_std : p->gyro_misalignment_std);
+            *variance_of(s->cov, SCALE + 3 * i + j) = square(i == j ? p->gyro_scale_std : p->gyro_misalignment_std);
         }
     }
-    *entry(s->cov, LATENCY, LATENCY) = square(p->mag_latency_std);
+    *variance_of(s->cov, LATENCY) = square(p->mag_latency_std);
 }
 
 static void lose_covariance(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
@@ -167,9 +121,8 @@ static void integrate(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sa
     ahrs_vec3_to(s->turn, ahrs_vec3_add(ahrs_vec3_of(s->turn), angle));
 
     const ahrs_mat3 R = ahrs_quat_to_mat3(q);
-    ahrs_vec3_to(s->sum_error, ahrs_vec3_add_scaled(ahrs_vec3_of(s->sum_error), T, ahrs_mat3_apply(R, c)));
     for (int i = 0; i < 3; i++) {
-        ahrs_real *sum = &s->sum_sens[G * i];
+        ahrs_real *sum = &s->sum_sens[SENS * i];
         const ahrs_real r[3] = {T * R.row[i].x, T * R.row[i].y, T * R.row[i].z};
         for (int j = 0; j < 3; j++) {
             sum[j] += r[j];
@@ -177,6 +130,7 @@ static void integrate(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sa
             sum[4 + 3 * j] += r[j] * g.y;
             sum[5 + 3 * j] += r[j] * g.z;
         }
+        sum[G] += r[0] * c.x + r[1] * c.y + r[2] * c.z;
     }
     s->sum_rate2 += T * ahrs_vec3_norm2(w);
     s->block_time += T;
@@ -251,7 +205,6 @@ static bool at_rest(const ahrs_kcf_state *s) { return s->rest_time >= REST_TIME;
 
 static void clear_block(ahrs_kcf_state *s) {
     memset(s->sum_force, 0, sizeof s->sum_force);
-    memset(s->sum_error, 0, sizeof s->sum_error);
     memset(s->sum_sens, 0, sizeof s->sum_sens);
     memset(s->turn, 0, sizeof s->turn);
     s->sum_rate2 = 0;
@@ -289,30 +242,31 @@ static ahrs_vec3 level(ahrs_kcf_state *s, low_pass f) {
     if (!(norm > 0)) {
         return (ahrs_vec3){0, 0, 1};
     }
-    const ahrs_vec3 e = ahrs_vec3_scale(turned, 1 / norm);
-    const ahrs_real k = ahrs_sqrt(ahrs_max(AHRS_C(0.5) * (e.z + 1), 0));
+    /* The shortest turn that brings the force upright, not normalised. */
+    const ahrs_real along = norm + turned.z;
     const ahrs_quat half_turn = {0, 1, 0, 0};
-    const ahrs_quat step = k > AHRS_C(1e-6) ? (ahrs_quat){k, e.y / (2 * k), -e.x / (2 * k), 0} : half_turn;
+    const ahrs_quat step =
+        along > AHRS_C(2e-12) * norm ? (ahrs_quat){along, turned.y, -turned.x, 0} : half_turn;
     ahrs_quat_to(s->q_tilt, ahrs_quat_unit(ahrs_quat_mul(step, q)));
-    return e;
+    return ahrs_vec3_scale(turned, 1 / norm);
 }
 
 /* Takes the sensitivities into the level frame: its horizontal rows through the same low-pass as the force. */
 static void follow_sensitivities(ahrs_kcf_state *s, low_pass f, ahrs_real inverse_time) {
     const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->q_tilt));
-    for (int k = 0; k < SENS; k++) {
-        const ahrs_vec3 column = k < G ? (ahrs_vec3){s->sum_sens[k], s->sum_sens[G + k], s->sum_sens[2 * G + k]}
-                                       : ahrs_vec3_of(s->sum_error);
-        const ahrs_vec3 v = ahrs_mat3_apply(R, column);
-        const ahrs_real in[2] = {v.x * inverse_time, v.y * inverse_time};
-        for (int i = 0; i < 2; i++) {
-            ahrs_real *level = &s->sens_level[SENS * i + k], *slope = &s->sens_slope[SENS * i + k];
-            *level += f.T * (in[i] - *slope);
-            *slope = (*slope + f.pull * *level) * f.inverse;
+    for (int i = 0; i < 2; i++) {
+        const ahrs_vec3 mean = ahrs_vec3_scale(R.row[i], inverse_time);
+        const ahrs_real *const sum = s->sum_sens;
+        ahrs_real *const level = s->sens_level + SENS * i, *const slope = s->sens_slope + SENS * i;
+        for (int k = 0; k < SENS; k++) {
+            const ahrs_real in = mean.x * sum[k] + mean.y * sum[SENS + k] + mean.z * sum[2 * SENS + k];
+            level[k] += f.T * (in - slope[k]);
+            slope[k] = (slope[k] + f.pull * level[k]) * f.inverse;
         }
-        if (k < G) {
-            s->job_vertical[k] = v.z;
-        }
+    }
+    for (int k = 0; k < G; k++) {
+        const ahrs_real *const sum = s->sum_sens + k;
+        s->job_vertical[k] = R.row[2].x * sum[0] + R.row[2].y * sum[SENS] + R.row[2].z * sum[2 * SENS];
     }
 }
 
@@ -326,12 +280,9 @@ static void face_north(ahrs_kcf_state *s) {
 static void make_good_lag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     ahrs_real lag[2];
     for (int i = 0; i < 2; i++) {
-        const ahrs_real *level = &s->sens_level[SENS * i];
-        lag[i] = -level[G];
-        for (int k = 0; k < G; k++) {
-            lag[i] += level[k] * s->x[GYRO + k];
-        }
-        lag[i] = p->refine ? AHRS_C(-0.5) * ahrs_clamp(lag[i], -LAG_MAX, LAG_MAX) : 0;
+        const ahrs_real *const level = s->sens_level + SENS * i;
+        const ahrs_real drift = ahrs_cal_dot(G, level, s->x + GYRO) - level[G];
+        lag[i] = p->refine ? AHRS_C(-0.5) * ahrs_clamp(drift, -LAG_MAX, LAG_MAX) : 0;
     }
     const ahrs_quat turn = ahrs_quat_unit((ahrs_quat){1, lag[0], lag[1], 0});
     ahrs_quat_to(s->q_level, ahrs_quat_mul(turn, ahrs_quat_of(s->q_tilt)));
@@ -339,12 +290,8 @@ static void make_good_lag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
 }
 
 static ahrs_real drift_row(const ahrs_kcf_state *s, int i, ahrs_real tilt_rate) {
-    const ahrs_real *sens = &s->sens_slope[SENS * i];
-    ahrs_real y = tilt_rate + sens[G];
-    for (int k = 0; k < G; k++) {
-        y -= sens[k] * s->x[GYRO + k];
-    }
-    return y;
+    const ahrs_real *const sens = s->sens_slope + SENS * i;
+    return tilt_rate + sens[G] - ahrs_cal_dot(G, sens, s->x + GYRO);
 }
 
 /* Correlates the turn of what a sensor sees with the one the gyroscope predicts, axis by axis: a swapped sign turns
@@ -443,62 +390,99 @@ static void begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const a
     s->phase = 0;
 }
 
-/* Adds the variance of a turn of the level frame about its vertical to a covariance that begins with the field. */
-static void turn_field(ahrs_real *cov, const ahrs_real *field, ahrs_real variance) {
-    const ahrs_real u[2] = {-field[1], field[0]};
+/* Adds the variance of a turn of the level frame about its vertical; `block` are the rows and columns of the field. */
+static void turn_field(ahrs_real *block, int width, const ahrs_real *field, ahrs_real variance) {
+    const ahrs_real across = -variance * field[0] * field[1];
+    block[0] += variance * field[1] * field[1];
+    block[1] += across;
+    block[width] += across;
+    block[width + 1] += variance * field[0] * field[0];
+}
+
+/* Adds to three variances; `block` begins with the first. */
+static void add_to_diagonal(ahrs_real *block, int width, ahrs_real variance) {
+    for (int i = 0; i < 3; i++) {
+        block[(width + 1) * i] += variance;
+    }
+}
+
+/* The errors of the gyroscope turn the level frame, and with it the field in it: P := (I + u v') P (I + u v')' with
+ * y = P v and a horizontal u, which v does not see. */
+static void couple(ahrs_kcf_state *s, const ahrs_real u[2], const ahrs_real *y, ahrs_real variance) {
     for (int i = 0; i < 2; i++) {
-        for (int j = 0; j <= i; j++) {
-            row(cov, i)[j] += variance * u[i] * u[j];
+        ahrs_real *const row = s->cov + ROW * (FIELD + i);
+        for (int j = 0; j < N; j++) {
+            row[j] += u[i] * y[j];
+        }
+        for (int j = 0; j < 2; j++) {
+            row[FIELD + j] += u[j] * (y[FIELD + i] + u[i] * variance);
         }
     }
-}
-
-static void add_to_diagonal(ahrs_real *cov, int first, ahrs_real variance) {
-    for (int i = first; i < first + 3; i++) {
-        row(cov, i)[i] += variance;
+    for (int j = 0; j < N; j++) {
+        ahrs_real *const field = s->cov + ROW * j + FIELD;
+        field[0] = s->cov[ROW * FIELD + j];
+        field[1] = s->cov[ROW * (FIELD + 1) + j];
     }
 }
 
-/* The errors of the gyroscope turn the level frame, and with it the field in it. */
-static void couple(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+/* Variance of one slow step of a drift that a bias, which walks, shows to this accuracy. */
+static ahrs_real drift_variance(const ahrs_kcf_params *p, ahrs_real accuracy, ahrs_real T) {
+    const ahrs_real r = square(accuracy);
+    return (r * r / (square(BIAS_GROWTH) / p->bias_forget_time) + r * T) / T;
+}
+
+/* Gyroscope rows [I, 0] at rest. */
+static bool learn_at_rest(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_real *innovation) {
+    static const ahrs_real h[3 * 4] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    const ahrs_real variance = drift_variance(p, p->rest_drift_std, s->job_time);
+    ahrs_real y[3 * ROW];
+    memcpy(y, s->cov, sizeof y);
+    if (!ahrs_cal_measure(3, GYRO, 4, ROW, h, innovation, variance, y, s->dx)) {
+        return false;
+    }
+    ahrs_cal_subtract(3, N, ROW, y, s->cov);
+    return true;
+}
+
+/* Two rows h of the drift of the tilt in motion, with their products y. */
+static bool learn_in_motion(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_real *innovation,
+                            const ahrs_real *h, ahrs_real *y) {
+    const ahrs_real young = ahrs_max(1, square(tau_accel(p) / s->tilt_age));
+    const ahrs_real variance = drift_variance(p, p->motion_drift_std, s->job_time) * young;
+    if (!ahrs_cal_measure(2, GYRO, G, ROW, h, innovation, variance, y, s->dx)) {
+        return false;
+    }
+    ahrs_cal_subtract(2, N, ROW, y, s->cov);
+    return true;
+}
+
+static void learn_gyro(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real growth = square(BIAS_GROWTH) / p->bias_forget_time * s->job_time;
-    for (int i = GYRO; i < GYRO + 3; i++) {
-        ahrs_real *variance = &row(s->cov, i)[i];
+    const bool rests = s->job & JOB_REST, drifts = s->job & JOB_DRIFT;
+    const ahrs_real u[2] = {-s->x[FIELD + 1], s->x[FIELD]};
+    ahrs_real innovation[3], h[3 * G], y[3 * ROW];
+    for (int i = 0; i < 3; i++) {
+        ahrs_real *const variance = variance_of(s->cov, GYRO + i);
         *variance += *variance < square(p->bias_std) ? growth : 0;
+        innovation[i] = ahrs_clamp(s->job_drift[i], -p->bias_limit, p->bias_limit);
     }
-    ahrs_real h[N] = {0}, y[N];
-    memcpy(h + GYRO, s->job_vertical, sizeof s->job_vertical);
-    times(s->cov, N, h, GYRO, N, y);
-    ahrs_real variance = 0;
-    for (int i = GYRO; i < N; i++) {
-        variance += h[i] * y[i];
-    }
-    const ahrs_real u[2] = {-s->x[1], s->x[0]};
-    for (int i = 0; i < 2; i++) {
-        for (int j = 0; j <= i; j++) {
-            row(s->cov, i)[j] += u[i] * y[j] + u[j] * y[i] + u[i] * u[j] * variance;
+    memcpy(h, s->job_vertical, G * sizeof *h);
+    if (drifts) {
+        memcpy(h + G, s->sens_slope, G * sizeof *h);
+        memcpy(h + 2 * G, s->sens_slope + SENS, G * sizeof *h);
+        ahrs_cal_gyro_products(3, s->cov, h, y);
+        for (int r = 1; r < 3; r++) {
+            const ahrs_real along = ahrs_cal_dot(G, h + G * r, y);
+            y[ROW * r + FIELD] += u[0] * along;
+            y[ROW * r + FIELD + 1] += u[1] * along;
         }
-        for (int j = 2; j < N; j++) {
-            row(s->cov, j)[i] += u[i] * y[j];
-        }
+    } else {
+        ahrs_cal_gyro_products(1, s->cov, h, y);
     }
-}
-
-static void learn_gyro(ahrs_kcf_state *s, const ahrs_kcf_params *p, int i) {
-    const ahrs_real T = s->job_time, innovation = ahrs_clamp(s->job_drift[i], -p->bias_limit, p->bias_limit);
-    const ahrs_real walk = square(BIAS_GROWTH) / p->bias_forget_time;
-    ahrs_real h[N] = {0};
-    bool sound = true;
-    if (s->job & JOB_REST) {
-        const ahrs_real r = square(p->rest_drift_std);
-        h[GYRO + i] = 1;
-        sound = measure(s->cov, s->dx, N, h, GYRO + i, GYRO + i + 1, innovation, (r * r / walk + r * T) / T);
-    } else if ((s->job & JOB_DRIFT) && i < 2) {
-        const ahrs_real r = square(p->motion_drift_std), tau = tau_accel(p);
-        const ahrs_real young = ahrs_max(1, square(tau / s->tilt_age));
-        memcpy(h + GYRO, &s->sens_slope[SENS * i], G * sizeof(ahrs_real));
-        sound = measure(s->cov, s->dx, N, h, GYRO, N, innovation, (r * r / walk + r * T) / T * young);
-    }
+    couple(s, u, y, ahrs_cal_dot(G, h, y));
+    const bool sound = rests    ? learn_at_rest(s, p, innovation)
+                       : drifts ? learn_in_motion(s, p, innovation, h + G, y + ROW)
+                                : true;
     if (!sound) {
         lose_covariance(s, p);
     }
@@ -524,8 +508,8 @@ static ahrs_real excess_of(const ahrs_kcf_params *p, ahrs_real *misfit, ahrs_rea
 static void change_alternative(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_real ratio) {
     const ahrs_real T = s->job_mag_time, excess = excess_of(p, &s->alt_misfit, ratio, s->job_noise[0], T);
     const ahrs_real jump = (square(p->hard_iron_walk) + p->jump_hard_iron * excess) * T;
-    add_to_diagonal(s->alt_cov, FIELD, p->jump_field * excess * T);
-    add_to_diagonal(s->alt_cov, IRON, jump);
+    add_to_diagonal(s->alt_cov, ALT_ROW, p->jump_field * excess * T);
+    add_to_diagonal(s->alt_cov + (ALT_ROW + 1) * AHRS_CAL_IRON, ALT_ROW, jump);
     s->alt_jump += jump;
 }
 
@@ -549,9 +533,10 @@ static void align(ahrs_real *field, ahrs_vec3 seen) {
 static void make_independent(ahrs_kcf_state *s, int first, ahrs_real variance) {
     for (int i = first; i < first + 3; i++) {
         for (int j = 0; j < N; j++) {
-            *entry(s->cov, i, j) = 0;
+            s->cov[ROW * i + j] = 0;
+            s->cov[ROW * j + i] = 0;
         }
-        row(s->cov, i)[i] = variance;
+        *variance_of(s->cov, i) = variance;
     }
 }
 
@@ -595,9 +580,12 @@ static bool is_back(ahrs_kcf_state *s, const ahrs_mat3 *R, ahrs_real expected) {
 }
 
 /* Whether the hard iron is as certain as a calibration would leave it. */
-static bool knows_iron(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
-    const ahrs_real limit = square(p->hard_iron_std);
-    return row_of(s->cov, 3)[3] < limit && row_of(s->cov, 4)[4] < limit && row_of(s->cov, 5)[5] < limit;
+static bool knows_iron(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    bool known = true;
+    for (int i = IRON; i < IRON + 3; i++) {
+        known = known && *variance_of(s->cov, i) < square(p->hard_iron_std);
+    }
+    return known;
 }
 
 /* Tells a change of the field from one of the hard iron. What has fitted through enough views is trusted: turning
@@ -642,14 +630,14 @@ static void expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         ahrs_vec3_to(s->x + FIELD, field);
     }
     if (s->job & REALIGN) {
-        align(s->x, field);
-        align(s->alt_x, level_field(s, &R, ahrs_vec3_of(s->alt_x + IRON)));
+        align(s->x + FIELD, field);
+        align(s->alt_x, level_field(s, &R, ahrs_vec3_of(s->alt_x + AHRS_CAL_IRON)));
         s->job &= ~REALIGN;
         s->change = FIELD_CALM;
     }
-    const ahrs_real rate2 = ahrs_vec3_norm2(ahrs_vec3_of(s->job_rate));
-    const ahrs_real expected = square(p->mag_noise) + square(p->mag_rate_noise) * rate2 +
-                               square(p->mag_tilt_noise) * ahrs_exp_decay(s->tilt_age / tau_accel(p));
+    const ahrs_real rate2 = ahrs_vec3_norm2(ahrs_vec3_of(s->job_rate)), age = s->tilt_age / tau_accel(p);
+    const ahrs_real settling = age < SETTLED ? square(p->mag_tilt_noise) * ahrs_exp_decay(age) : 0;
+    const ahrs_real expected = square(p->mag_noise) + square(p->mag_rate_noise) * rate2 + settling;
     judge_field(s, p, &R, expected);
     const ahrs_vec3 nu = ahrs_vec3_sub(level_field(s, &R, iron(s)), ahrs_vec3_of(s->x + FIELD));
     ahrs_vec3_to(s->job_nu, nu);
@@ -659,10 +647,10 @@ static void expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     s->job_noise[1] = square(p->mag_density) / T * expected / square(p->mag_noise) *
                       (1 + p->outlier_weight * ahrs_max(0, ratio - 1));
     for (int i = IRON; i < IRON + 3; i++) {
-        ahrs_real *variance = &row(s->cov, i)[i];
+        ahrs_real *const variance = variance_of(s->cov, i);
         *variance += *variance < IRON_VARIANCE_MAX ? (square(p->hard_iron_walk) + p->jump_hard_iron * excess) * T : 0;
     }
-    add_to_diagonal(s->cov, FIELD, p->jump_field * s->excess * T);
+    add_to_diagonal(variance_of(s->cov, FIELD), ROW, p->jump_field * s->excess * T);
     s->excess = excess;
     if (s->question == QUESTION_OPEN) {
         const ahrs_real unexplained = square(p->uncalibrated_std) * rotation_difference(s->job_q, s->alt_q) / 3;
@@ -674,30 +662,31 @@ static void follow_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real T = s->job_time;
     const ahrs_real heading = (square(p->heading_walk) + square(p->heading_rate_walk) * s->job_rate2) * T;
     const ahrs_real field = square(p->field_walk) * T;
-    add_to_diagonal(s->cov, FIELD, field);
-    turn_field(s->cov, s->x, heading);
+    add_to_diagonal(variance_of(s->cov, FIELD), ROW, field);
+    turn_field(variance_of(s->cov, FIELD), ROW, s->x + FIELD, heading);
     if (s->question == QUESTION_OPEN) {
-        add_to_diagonal(s->alt_cov, FIELD, field);
-        turn_field(s->alt_cov, s->alt_x, heading);
+        add_to_diagonal(s->alt_cov, ALT_ROW, field);
+        turn_field(s->alt_cov, ALT_ROW, s->alt_x, heading);
     }
     if (s->job & JOB_MAG) {
         expect_field(s, p);
     }
 }
 
-static void learn_mag(ahrs_kcf_state *s, const ahrs_kcf_params *p, int i) {
+static void learn_mag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     if (!(s->job & JOB_MAG) || (s->job & JOB_MAG_FIRST)) {
         return;
     }
     const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->job_q));
     const ahrs_vec3 m = ahrs_vec3_sub(ahrs_vec3_of(s->job_mag), iron(s));
-    ahrs_real h[N] = {0};
-    h[FIELD + i] = 1;
-    ahrs_vec3_to(h + IRON, R.row[i]);
-    h[LATENCY] = ahrs_vec3_dot(R.row[i], ahrs_vec3_cross(ahrs_vec3_of(s->job_rate), m));
-    if (!measure(s->cov, s->dx, N, h, FIELD, GYRO, s->job_nu[i], s->job_noise[1])) {
+    ahrs_real h[3 * AHRS_CAL_MAG], y[3 * ROW];
+    ahrs_cal_mag_rows(&R, ahrs_mat3_apply(R, ahrs_vec3_cross(ahrs_vec3_of(s->job_rate), m)), h);
+    ahrs_cal_mag_products(ROW, true, s->cov + ROW * FIELD, h, y);
+    if (!ahrs_cal_measure(3, FIELD, AHRS_CAL_MAG, ROW, h, s->job_nu, s->job_noise[1], y, s->dx)) {
         lose_covariance(s, p);
+        return;
     }
+    ahrs_cal_subtract(3, N, ROW, y, s->cov);
 }
 
 static void ask(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
@@ -705,17 +694,16 @@ static void ask(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->job_q));
     memset(s->alt_x, 0, sizeof s->alt_x);
     memset(s->alt_cov, 0, sizeof s->alt_cov);
-    memcpy(s->alt_x, s->x, 3 * sizeof(ahrs_real));
+    memcpy(s->alt_x, s->x + FIELD, 3 * sizeof(ahrs_real));
     memcpy(s->alt_q, s->job_q, sizeof s->alt_q);
     for (int i = 0; i < 3; i++) {
-        ahrs_real *r = row(s->alt_cov, IRON + i);
-        row(s->alt_cov, i)[i] = variance + s->job_noise[0];
-        r[IRON + i] = variance;
-        ahrs_real axis[3] = {0, 0, 0}, column[3];
-        axis[i] = 1;
-        ahrs_vec3_to(column, ahrs_mat3_apply(R, ahrs_vec3_of(axis)));
+        ahrs_real *const field = s->alt_cov + ALT_ROW * i;
+        field[i] = variance + s->job_noise[0];
+        ahrs_vec3_to(field + AHRS_CAL_IRON, ahrs_vec3_scale(R.row[i], -variance));
         for (int j = 0; j < 3; j++) {
-            r[j] = -variance * column[j];
+            ahrs_real *const iron_row = s->alt_cov + ALT_ROW * (AHRS_CAL_IRON + j);
+            iron_row[i] = field[AHRS_CAL_IRON + j];
+            iron_row[AHRS_CAL_IRON + j] = variance;
         }
     }
     s->alt_misfit = 1;
@@ -729,32 +717,26 @@ static void learn_alternative(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         return;
     }
     const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->job_q));
-    const ahrs_vec3 field = level_field(s, &R, ahrs_vec3_of(s->alt_x + IRON));
-    ahrs_real nu[3], h[3][6] = {{0}}, dx[6] = {0}, trace = 0;
+    const ahrs_vec3 field = level_field(s, &R, ahrs_vec3_of(s->alt_x + AHRS_CAL_IRON));
+    ahrs_real nu[3], h[3 * AHRS_CAL_MAG], y[3 * ALT_ROW], dx[ALT_ROW] = {0}, trace = 0;
     ahrs_vec3_to(nu, ahrs_vec3_sub(field, ahrs_vec3_of(s->alt_x)));
+    ahrs_cal_mag_rows(&R, (ahrs_vec3){0, 0, 0}, h);
+    ahrs_cal_mag_products(ALT_ROW, false, s->alt_cov, h, y);
     for (int i = 0; i < 3; i++) {
-        ahrs_real y[6];
-        h[i][i] = 1;
-        ahrs_vec3_to(h[i] + IRON, R.row[i]);
-        times(s->alt_cov, 6, h[i], 0, 6, y);
-        for (int k = 0; k < 6; k++) {
-            trace += h[i][k] * y[k];
-        }
+        trace += ahrs_cal_dot(ALT_ROW, h + AHRS_CAL_MAG * i, y + ALT_ROW * i);
     }
     const ahrs_real expected = s->job_noise[0];
     const ahrs_real ratio = (nu[0] * nu[0] + nu[1] * nu[1] + nu[2] * nu[2]) / (3 * expected + trace);
     const ahrs_real views = ahrs_min(VIEWS_MAX, ahrs_sqrt(s->job_rate2) / VIEW_ANGLE + VIEWS_AT_REST);
     const ahrs_real variance =
         expected / (s->job_mag_time * views) * (1 + p->outlier_weight * ahrs_max(0, ratio - 1));
-    bool sound = true;
-    for (int i = 0; i < 3; i++) {
-        sound = sound && measure(s->alt_cov, dx, 6, h[i], 0, 6, nu[i], variance);
-    }
-    for (int k = 0; k < 6; k++) {
-        s->alt_x[k] += dx[k];
-    }
-    if (!sound) {
+    if (!ahrs_cal_measure(3, 0, ALT_ROW, ALT_ROW, h, nu, variance, y, dx)) {
         s->question = QUESTION_ANSWERED;
+        return;
+    }
+    ahrs_cal_subtract(3, ALT_N, ALT_ROW, y, s->alt_cov);
+    for (int k = 0; k < ALT_N; k++) {
+        s->alt_x[k] += dx[k];
     }
 }
 
@@ -771,10 +753,11 @@ static ahrs_real invert(ahrs_mat3 a, ahrs_mat3 *inverse) {
  * ratio of their marginal likelihoods follows from the posterior of one (docs/accuracy.md). */
 static ahrs_real odds_of(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real narrow = square(p->hard_iron_std) + s->alt_jump, wide = square(p->uncalibrated_std) + s->alt_jump;
-    const ahrs_real *P = s->alt_cov;
-    const ahrs_real *rx = row_of(P, IRON), *ry = row_of(P, IRON + 1), *rz = row_of(P, IRON + 2);
-    const ahrs_mat3 posterior = {{{rx[3], ry[3], rz[3]}, {ry[3], ry[4], rz[4]}, {rz[3], rz[4], rz[5]}}};
-    const ahrs_vec3 b = ahrs_vec3_of(s->alt_x + IRON);
+    ahrs_mat3 posterior;
+    for (int i = 0; i < 3; i++) {
+        posterior.row[i] = ahrs_vec3_of(s->alt_cov + ALT_ROW * (AHRS_CAL_IRON + i) + AHRS_CAL_IRON);
+    }
+    const ahrs_vec3 b = ahrs_vec3_of(s->alt_x + AHRS_CAL_IRON);
     const ahrs_real more = 1 / narrow - 1 / wide;
     ahrs_mat3 information, other;
     const ahrs_real posterior_det = invert(posterior, &information);
@@ -790,11 +773,11 @@ static ahrs_real odds_of(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
 }
 
 static void adopt(ahrs_kcf_state *s) {
-    memcpy(s->x, s->alt_x, sizeof s->alt_x);
-    for (int i = 0; i < N; i++) {
-        for (int j = 0; j <= i && j < 6; j++) {
-            row(s->cov, i)[j] = i < 6 ? row(s->alt_cov, i)[j] : 0;
-        }
+    memcpy(s->x + FIELD, s->alt_x, sizeof s->alt_x);
+    make_independent(s, FIELD, 1);
+    make_independent(s, IRON, 1);
+    for (int i = 0; i < ALT_N; i++) {
+        memcpy(variance_of(s->cov, FIELD) + ROW * i, s->alt_cov + ALT_ROW * i, ALT_N * sizeof(ahrs_real));
     }
     s->misfit = 1;
 }
@@ -812,8 +795,10 @@ static void weigh_evidence(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         return;
     }
     const ahrs_real odds = odds_of(s, p);
-    const ahrs_real *P = s->alt_cov;
-    const ahrs_real largest = ahrs_max(row_of(P, 3)[3], ahrs_max(row_of(P, 4)[4], row_of(P, 5)[5]));
+    ahrs_real largest = 0;
+    for (int i = AHRS_CAL_IRON; i < ALT_N; i++) {
+        largest = ahrs_max(largest, s->alt_cov[(ALT_ROW + 1) * i]);
+    }
     const bool converged = largest < square(p->hard_iron_std);
     s->alt_probability = odds / (1 + odds);
     if (!ahrs_is_finite(odds) || odds * EVIDENCE_DECIDES < 1 || (converged && odds < 1)) {
@@ -835,7 +820,7 @@ static void find_north(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     /* Before the body has turned, the hypotheses differ in nothing but the noise of their first samples. */
     const bool same = p->refine && rotation_difference(s->job_q, s->alt_q) < TURNED;
     const ahrs_real other = s->question == QUESTION_OPEN && !same ? s->alt_probability : 0;
-    const ahrs_real *field = s->change >= FIELD_STRANGE ? s->calm_field : s->x;
+    const ahrs_real *const field = s->change >= FIELD_STRANGE ? s->calm_field : s->x + FIELD;
     const ahrs_real x = (1 - other) * field[0] + other * s->alt_x[0];
     const ahrs_real y = (1 - other) * field[1] + other * s->alt_x[1];
     const ahrs_real norm = ahrs_sqrt(x * x + y * y);
@@ -857,7 +842,7 @@ static void find_north(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
 static void apply(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     bool sound = true;
     for (int i = 0; i < N; i++) {
-        const ahrs_real variance = row(s->cov, i)[i];
+        const ahrs_real variance = *variance_of(s->cov, i);
         sound = sound && ahrs_is_finite(s->dx[i]) && variance >= 0 && ahrs_is_finite(variance);
     }
     if (!sound) {
@@ -881,14 +866,9 @@ static void conclude(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
 
 static void run_phase(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     switch (s->phase++) {
-    case PHASE_COUPLE: couple(s, p); break;
-    case PHASE_GYRO_X: learn_gyro(s, p, 0); break;
-    case PHASE_GYRO_Y: learn_gyro(s, p, 1); break;
-    case PHASE_GYRO_Z: learn_gyro(s, p, 2); break;
+    case PHASE_GYRO: learn_gyro(s, p); break;
     case PHASE_FIELD: follow_field(s, p); break;
-    case PHASE_MAG_X: learn_mag(s, p, 0); break;
-    case PHASE_MAG_Y: learn_mag(s, p, 1); break;
-    case PHASE_MAG_Z: learn_mag(s, p, 2); break;
+    case PHASE_MAG: learn_mag(s, p); break;
     case PHASE_ALTERNATIVE: learn_alternative(s, p); break;
     case PHASE_APPLY: apply(s, p); break;
     default: conclude(s, p); break;
@@ -924,8 +904,8 @@ static void account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *p, a
     if (all) {
         restart_tilt(s, p);
     }
-    turn_field(s->cov, s->x, all ? 1 : lost);
-    turn_field(s->alt_cov, s->alt_x, all ? 1 : lost);
+    turn_field(variance_of(s->cov, FIELD), ROW, s->x + FIELD, all ? 1 : lost);
+    turn_field(s->alt_cov, ALT_ROW, s->alt_x, all ? 1 : lost);
 }
 
 /* The first sample is kept until the second tells the interval it stands for. */
@@ -981,8 +961,8 @@ static void step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample 
         run_phases(s, p, PHASES);
         begin_slow_step(s, p, z);
     }
-    const ahrs_real done = (s->block_time + half_step) / p->slow_period;
-    run_phases(s, p, p->spread ? (int32_t)((ahrs_real)PHASES * done) : PHASES);
+    const ahrs_real done = p->spread ? ahrs_min((s->block_time + half_step) / p->slow_period, 1) : 1;
+    run_phases(s, p, (int32_t)((ahrs_real)PHASES * done));
     ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, disturbed(s, p));
     ahrs_set_condition(&s->common, AHRS_IMPLAUSIBLE, implausible(s, p));
 }
@@ -1035,12 +1015,12 @@ void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_kc
         y->gyro_scale[i] = sign[i / 3] * sign[i % 3] * s->x[SCALE + i];
     }
     y->mag_latency = s->x[LATENCY];
-    const ahrs_real horizontal2 = s->x[0] * s->x[0] + s->x[1] * s->x[1];
+    const ahrs_real *const field = s->x + FIELD, *const block = s->cov + (ROW + 1) * FIELD;
+    const ahrs_real horizontal2 = field[0] * field[0] + field[1] * field[1];
     y->local_field[0] = unit * ahrs_sqrt(horizontal2);
-    y->local_field[1] = unit * s->x[2];
-    const ahrs_real *P = s->cov;
-    const ahrs_real across = s->x[1] * s->x[1] * row_of(P, 0)[0] - 2 * s->x[0] * s->x[1] * row_of(P, 1)[0] +
-                             s->x[0] * s->x[0] * row_of(P, 1)[1];
+    y->local_field[1] = unit * field[2];
+    const ahrs_real across = field[1] * field[1] * block[0] - 2 * field[0] * field[1] * block[1] +
+                             field[0] * field[0] * block[ROW + 1];
     y->heading_std = horizontal2 > 0 ? ahrs_min(ahrs_sqrt(ahrs_max(across, 0)) / horizontal2, AHRS_PI) : AHRS_PI;
     y->disturbance = s->misfit;
     y->uncalibrated = s->alt_probability;

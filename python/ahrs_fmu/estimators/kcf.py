@@ -36,6 +36,7 @@ IRON_MAX, SCALE_MAX, LATENCY_MAX = 10.0, 0.2, 0.1
 SENSE_POWER, SENSE_OPPOSED, SENSE_GRAVITY = 0.5, 0.3, 0.85
 SENSE_WINDOW = 10.0
 LAG_MAX = 0.3
+SETTLED = 20.0
 MISFIT_MAX = 1e4
 MAG_TIME_MAX = 0.2
 VIEWS_AT_REST, VIEW_ANGLE, VIEWS_MAX = 0.02, 0.5, 1.0
@@ -46,7 +47,7 @@ NEW, OPEN, ANSWERED = 0, 1, 2
 CALM, SUSPECT, STRANGE, OTHER = 0, 1, 2, 3
 VIEWS_REFUTE, VIEWS_PROVE = 6.0, 2.0
 OLD_FIELD_TIME, OLD_FIELD_FITS = 2.0, 1.5
-PHASES = 11
+PHASES = 6
 
 
 class State(NamedTuple):
@@ -302,7 +303,8 @@ class KCF(Filter[State]):
             begin_slow_step(s, p, z, due)
         until = np.full(self.shape, PHASES)
         if p.spread:
-            until = (PHASES * ((s["block_time"] + half) / p.slow_period)).astype(np.int64)
+            done = np.minimum((s["block_time"] + half) / p.slow_period, 1.0)
+            until = (PHASES * done).astype(np.int64)
         run_phases(s, p, np.where(where, until, 0))
 
     def _advance(self, z: Sample) -> None:
@@ -547,9 +549,10 @@ def level(s: Work, interval: Array, pull: Array, inverse: Array, due: Mask) -> A
     length = np.sqrt(dot(turned, turned))
     known = length > 0.0
     e = select(known, turned / length[..., None], np.broadcast_to(np.array([0.0, 0.0, 1.0]), turned.shape))
-    k = np.sqrt(np.maximum(0.5 * (e[..., 2] + 1.0), 0.0))
-    step = np.stack((k, e[..., 1] / (2 * k), -e[..., 0] / (2 * k), np.zeros_like(k)), axis=-1)
-    step = select(k > 1e-6, step, np.broadcast_to(np.array([0.0, 1.0, 0.0, 0.0]), step.shape))
+    along = 1.0 + e[..., 2]
+    step = np.stack((along, e[..., 1], -e[..., 0], np.zeros_like(along)), axis=-1)
+    half_turn = np.broadcast_to(np.array([0.0, 1.0, 0.0, 0.0]), step.shape)
+    step = select(along > 2e-12, step, half_turn)
     s.put(due & known, "q_tilt", quaternion.normalise(quaternion.multiply(step, q)))
     return e
 
@@ -639,12 +642,15 @@ def measure(cov: Array, dx: Array, h: Array, innovation: Array, variance: Array)
 
 
 def learn(s: Work, p: Parameters, where: Mask, h: Array, innovation: Array, variance: Array) -> None:
-    """Use a scalar measurement; where the covariance has lost its meaning, begin anew."""
+    """Use scalar measurements (..., n) with rows h (..., n, 19); where the covariance is lost, begin anew."""
     if not where.any():
         return
-    cov, dx, sound = measure(s["cov"], s["dx"], h, innovation, variance)
-    s.put(where & sound, "cov", cov)
-    s.put(where & sound, "dx", dx)
+    cov, dx, sound = s["cov"], s["dx"], where
+    for i in range(h.shape[-2]):
+        cov, dx, good = measure(cov, dx, h[..., i, :], innovation[..., i], variance)
+        sound = sound & good
+    s.put(sound, "cov", cov)
+    s.put(sound, "dx", dx)
     lose_covariance(s, p, where & ~sound)
 
 
@@ -686,22 +692,25 @@ def couple(s: Work, p: Parameters, where: Mask) -> None:
     s.put(where, "cov", cov)
 
 
-def learn_gyro(s: Work, p: Parameters, where: Mask, i: int) -> None:
+def learn_gyro(s: Work, p: Parameters, where: Mask) -> None:
     """Learn from the low-passed gyroscope at rest, from the drift of the tilt in motion."""
-    interval = s["job_time"]
-    innovation = np.clip(s["job_drift"][..., i], -p.bias_limit, p.bias_limit)
-    walk = BIAS_GROWTH**2 / p.bias_forget_time
-    h = np.zeros((*where.shape, N))
-    h[..., GYRO.start + i] = 1.0
-    r = p.rest_drift_std**2
-    learn(s, p, where & s.mask("job_rest"), h, innovation, (r * r / walk + r * interval) / interval)
-    if i < 2:
-        h = np.zeros((*where.shape, N))
-        h[..., CORRECTION] = s["sens_slope"][..., i, :G]
-        r = p.motion_drift_std**2
-        young = np.maximum(1.0, (tilt_time(p) / s["tilt_age"]) ** 2)
-        variance = (r * r / walk + r * interval) / interval * young
-        learn(s, p, where & s.mask("job_drifts"), h, innovation, variance)
+    couple(s, p, where)
+    innovation = np.clip(s["job_drift"], -p.bias_limit, p.bias_limit)
+    at_rest = np.zeros((*where.shape, 3, N))
+    at_rest[..., GYRO] = np.eye(3)
+    learn(s, p, where & s.mask("job_rest"), at_rest, innovation, drift_variance(s, p, p.rest_drift_std))
+    in_motion = np.zeros((*where.shape, 2, N))
+    in_motion[..., CORRECTION] = s["sens_slope"][..., :G]
+    young = np.maximum(1.0, (tilt_time(p) / s["tilt_age"]) ** 2)
+    variance = drift_variance(s, p, p.motion_drift_std) * young
+    learn(s, p, where & s.mask("job_drifts"), in_motion, innovation[..., :2], variance)
+
+
+def drift_variance(s: Work, p: Parameters, accuracy: float) -> Array:
+    """Variance of one slow step of a drift that a bias, which walks, shows to this accuracy."""
+    r, interval = accuracy**2, s["job_time"]
+    variance: Array = (r * r / (BIAS_GROWTH**2 / p.bias_forget_time) + r * interval) / interval
+    return variance
 
 
 def level_field(s: Work, r: Array, hard_iron: Array) -> Array:
@@ -766,7 +775,8 @@ def expect_field(s: Work, p: Parameters, where: Mask) -> None:
         s.put(lost, "realign", 0.0)
         s.put(lost, "change", CALM)
     rate2 = dot(s["job_rate"], s["job_rate"])
-    settling = p.mag_tilt_noise**2 * np.exp(-s["tilt_age"] / tilt_time(p))
+    age = s["tilt_age"] / tilt_time(p)
+    settling = np.where(age < SETTLED, p.mag_tilt_noise**2 * np.exp(-age), 0.0)
     expected = p.mag_noise**2 + p.mag_rate_noise**2 * rate2 + settling
     judge_field(s, p, where, r, expected)
     nu = level_field(s, r, s["x"][..., IRON]) - s["x"][..., FIELD]
@@ -866,17 +876,17 @@ def change_alternative(s: Work, p: Parameters, ratio: Array, where: Mask) -> Non
     s.put(where, "alt_jump", s["alt_jump"] + jump)
 
 
-def learn_mag(s: Work, p: Parameters, where: Mask, i: int) -> None:
-    """Use one axis of the magnetometer."""
+def learn_mag(s: Work, p: Parameters, where: Mask) -> None:
+    """Use the magnetometer."""
     where = where & s.mask("job_field") & ~s.mask("job_first")
     if not where.any():
         return
-    row = quaternion.to_matrix(s["job_q"])[..., i, :]
-    h = np.zeros((*where.shape, N))
-    h[..., i] = 1.0
-    h[..., IRON] = row
-    h[..., LATENCY] = dot(row, cross(s["job_rate"], s["job_mag"] - s["x"][..., IRON]))
-    learn(s, p, where, h, s["job_nu"][..., i], s["job_variance"])
+    r = quaternion.to_matrix(s["job_q"])
+    h = np.zeros((*where.shape, 3, N))
+    h[..., FIELD] = np.eye(3)
+    h[..., IRON] = r
+    h[..., LATENCY] = rotated(r, cross(s["job_rate"], s["job_mag"] - s["x"][..., IRON]))
+    learn(s, p, where, h, s["job_nu"], s["job_variance"])
 
 
 def ask(s: Work, p: Parameters, where: Mask) -> None:
@@ -1014,20 +1024,7 @@ def run_phases(s: Work, p: Parameters, until: NDArray[np.int64]) -> None:
 def run_phase(s: Work, p: Parameters, where: Mask, phase: int) -> None:
     """Run one part of the slow step."""
     s.put(where, "phase", phase + 1)
-    if phase == 0:
-        couple(s, p, where)
-    elif phase <= 3:
-        learn_gyro(s, p, where, phase - 1)
-    elif phase == 4:
-        follow_field(s, p, where)
-    elif phase <= 7:
-        learn_mag(s, p, where, phase - 5)
-    elif phase == 8:
-        learn_alternative(s, p, where)
-    elif phase == 9:
-        apply_corrections(s, p, where)
-    else:
-        conclude(s, p, where)
+    (learn_gyro, follow_field, learn_mag, learn_alternative, apply_corrections, conclude)[phase](s, p, where)
 
 
 def account_for_blindness(s: Work, p: Parameters, blind: Array, where: Mask) -> None:

@@ -383,18 +383,24 @@ static inline ahrs_real ahrs_atan2(ahrs_real y, ahrs_real x) {
 
 /* exp(-x) for x >= 0, infinity included. */
 static inline ahrs_real ahrs_exp_decay(ahrs_real x) {
+    static const ahrs_real INVERSE[15] = {
+        AHRS_C(1.0) / 15, AHRS_C(1.0) / 14, AHRS_C(1.0) / 13, AHRS_C(1.0) / 12, AHRS_C(1.0) / 11,
+        AHRS_C(1.0) / 10, AHRS_C(1.0) / 9,  AHRS_C(1.0) / 8,  AHRS_C(1.0) / 7,  AHRS_C(1.0) / 6,
+        AHRS_C(1.0) / 5,  AHRS_C(1.0) / 4,  AHRS_C(1.0) / 3,  AHRS_C(1.0) / 2,  AHRS_C(1.0)};
     if (!(x < 80)) {
         return 0;
     }
     const int32_t k = (int32_t)(x * AHRS_C(1.4426950408889634) + AHRS_C(0.5));
     const ahrs_real n = (ahrs_real)k;
     const ahrs_real r = (x - n * AHRS_LN2_1) - n * AHRS_LN2_2;
-    ahrs_real y = 1;
-    for (int32_t i = 15; i > 0; i--) {
-        y = 1 - y * (r * (1 / (ahrs_real)i));
+    ahrs_real y = 1, half = AHRS_C(0.5);
+    for (int32_t i = 0; i < 15; i++) {
+        y = 1 - y * (r * INVERSE[i]);
     }
-    for (int32_t i = 0; i < k; i++) {
-        y *= AHRS_C(0.5);
+    /* y / 2^k, from powers of one half by squaring. */
+    for (int32_t left = k; left > 0; left >>= 1) {
+        y = left & 1 ? y * half : y;
+        half *= half;
     }
     return y;
 }
@@ -3552,8 +3558,8 @@ typedef struct {
 
 typedef struct {
     ahrs_estimator_state common;
-    ahrs_real x[19]; /* Field (3, of its norm), hard iron (3, of the field), latency (s), gyroscope bias (3, rad/s), scale and misalignment (9, row by row) [1] */
-    ahrs_real cov[190]; /* Covariance of x, lower triangle row by row [1] */
+    ahrs_real x[19]; /* Gyroscope bias (3, rad/s), scale and misalignment (9, row by row); field (3, of its norm), hard iron (3, of the field), latency (s) [1] */
+    ahrs_real cov[380]; /* Covariance of x, 19 rows of 20: padded with a zero [1] */
     ahrs_real q_int[4]; /* Integrated gyroscope: body to inertial frame [1] */
     ahrs_real q_tilt[4]; /* Inertial frame to level frame of free heading [1] */
     ahrs_real q_level[4]; /* q_tilt with the lag of the averaged force made good [1] */
@@ -3562,8 +3568,7 @@ typedef struct {
     ahrs_real block_time; /* Time since the last slow step [s] */
     ahrs_real force_time; /* Of which with a usable accelerometer [s] */
     ahrs_real sum_force[3]; /* Integral of the specific force in the inertial frame, sign of gravity [m/s] */
-    ahrs_real sum_error[3]; /* Integral of the corrections of the gyroscope in the inertial frame [rad] */
-    ahrs_real sum_sens[36]; /* Integral of the sensitivity of the rate in the inertial frame to bias and scale, row by row [s] */
+    ahrs_real sum_sens[39]; /* Integral of the sensitivity of the rate in the inertial frame to bias and scale, and of the corrections of the gyroscope (rad), three rows of 13 [s] */
     ahrs_real sum_rate2; /* Integral of the squared rate [rad2/s] */
     ahrs_real blind; /* Time for which the gyroscope has been held [s] */
     ahrs_real rate[3]; /* Rate of the sample before [rad/s] */
@@ -3594,7 +3599,7 @@ typedef struct {
     ahrs_real job_mag_time; /* Time between this magnetometer update and the one before [s] */
     ahrs_real job_nu[3]; /* Innovation of the magnetometer [1] */
     ahrs_real job_noise[2]; /* Variance expected of one magnetometer sample, and of its update [1] */
-    ahrs_real dx[19]; /* Corrections collected by the slow step under way [1] */
+    ahrs_real dx[20]; /* Corrections of x collected by the slow step under way, padded [1] */
     ahrs_real mag_scale; /* Inverse norm of the first magnetometer sample, 0 before [1/T] */
     ahrs_real misfit; /* Mean squared misfit of the field, of the expected one [1] */
     ahrs_real excess; /* Variance that the misfit has in excess, at the last update [1] */
@@ -3605,7 +3610,7 @@ typedef struct {
     ahrs_real calm_iron[3]; /* Hard iron before that, of the field [1] */
     ahrs_real north_angle[2]; /* Cosine and sine of the angle from the other field to the old one [1] */
     ahrs_real alt_x[6]; /* Field and hard iron if it is not [1] */
-    ahrs_real alt_cov[21]; /* Covariance of alt_x, lower triangle row by row [1] */
+    ahrs_real alt_cov[48]; /* Covariance of alt_x, 6 rows of 8: padded with zeros [1] */
     ahrs_real alt_q[4]; /* Level attitude when the question was asked [1] */
     ahrs_real alt_misfit; /* Mean squared misfit of the field that no hard iron explains [1] */
     ahrs_real alt_jump; /* Variance that changes have added to the hard iron since the question was asked [1] */
@@ -3633,13 +3638,137 @@ static inline void ahrs_kcf_update(ahrs_kcf_state *s, const ahrs_kcf_params *p, 
 static inline void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_kcf_outputs_t *y);
 
 #endif
+/* Covariance of a filter that calibrates sensors (docs/accuracy.md): twelve states of the gyroscope, then those of the
+ * magnetometer: field, hard iron and latency; or field and hard iron alone.
+ *
+ * Both halves are kept, row by row, and get the same bits, so that all work runs along rows; these are padded with zeros
+ * to whole quads. Measurements are taken one after the other; the covariance follows once for all of them. Sizes are
+ * arguments, so that they are constants wherever a function is inlined. */
+#ifndef CALIBRATION_COVARIANCE_H
+#define CALIBRATION_COVARIANCE_H
+
+
+enum {
+    AHRS_CAL_GYRO = 12,
+    AHRS_CAL_IRON = 3, AHRS_CAL_LATENCY = 6, AHRS_CAL_MAG = 8, /* among the states of the magnetometer */
+    AHRS_CAL_ROW = AHRS_CAL_GYRO + AHRS_CAL_MAG /* width of the covariance */
+};
+
+/* Sum of products in four parts that do not wait for each other; n is a multiple of four. */
+AHRS_INLINE ahrs_real ahrs_cal_dot(int32_t n, const ahrs_real *a, const ahrs_real *b) {
+    ahrs_real sum[4] = {a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]};
+    for (int32_t i = 4; i < n; i += 4) {
+        sum[0] += a[i] * b[i];
+        sum[1] += a[i + 1] * b[i + 1];
+        sum[2] += a[i + 2] * b[i + 2];
+        sum[3] += a[i + 3] * b[i + 3];
+    }
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+/* y = P h for n rows h that see the gyroscope only, and n rows y. */
+AHRS_INLINE void ahrs_cal_gyro_products(int32_t n, const ahrs_real *restrict cov, const ahrs_real *restrict h,
+                                        ahrs_real *restrict y) {
+    enum { WIDTH = AHRS_CAL_ROW, SIZE = AHRS_CAL_GYRO };
+    for (int32_t k = 0; k < SIZE; k += 3) {
+        const ahrs_real *const p = cov + WIDTH * k;
+        for (int32_t j = 0; j < WIDTH; j++) {
+            for (int32_t r = 0; r < n; r++) {
+                const ahrs_real *const w = h + SIZE * r + k;
+                const ahrs_real sum = (p[j] * w[0] + p[WIDTH + j] * w[1]) + p[2 * WIDTH + j] * w[2];
+                y[WIDTH * r + j] = k > 0 ? y[WIDTH * r + j] + sum : sum;
+            }
+        }
+    }
+}
+
+/* The three rows [I, R, c] of a magnetometer, padded. */
+AHRS_INLINE void ahrs_cal_mag_rows(const ahrs_mat3 *R, ahrs_vec3 c, ahrs_real h[3 * AHRS_CAL_MAG]) {
+    const ahrs_real lag[3] = {c.x, c.y, c.z};
+    for (int32_t i = 0; i < 3 * AHRS_CAL_MAG; i++) {
+        h[i] = 0;
+    }
+    for (int32_t r = 0; r < 3; r++) {
+        ahrs_real *const own = h + AHRS_CAL_MAG * r;
+        own[r] = 1;
+        ahrs_vec3_to(own + AHRS_CAL_IRON, R->row[r]);
+        own[AHRS_CAL_LATENCY] = lag[r];
+    }
+}
+
+/* y = P h for these rows; `mag` are the rows of P that belong to the magnetometer, of `width`. */
+AHRS_INLINE void ahrs_cal_mag_products(int32_t width, bool latency, const ahrs_real *restrict mag,
+                                       const ahrs_real *restrict h, ahrs_real *restrict y) {
+    for (int32_t j = 0; j < width; j++) {
+        const ahrs_real *const p = mag + j;
+        for (int32_t r = 0; r < 3; r++) {
+            const ahrs_real *const w = h + AHRS_CAL_MAG * r + AHRS_CAL_IRON;
+            const ahrs_real field = (p[width * r] + p[width * 3] * w[0]) + (p[width * 4] * w[1] + p[width * 5] * w[2]);
+            y[width * r + j] = latency ? field + p[width * AHRS_CAL_LATENCY] * w[3] : field;
+        }
+    }
+}
+
+/* Measurements of n rows h times the state with one variance, one after the other; h stands at `first` of the state and
+ * has rows of `size`. y goes in as P h, in rows of `width`, and comes out so that P less its squares is the new
+ * covariance; the corrections are collected in dx. False where the covariance has lost its meaning. */
+AHRS_INLINE bool ahrs_cal_measure(int32_t n, int32_t first, int32_t size, int32_t width, const ahrs_real *restrict h,
+                                  const ahrs_real *restrict innovation, ahrs_real variance, ahrs_real *restrict y,
+                                  ahrs_real *restrict dx) {
+    for (int32_t r = 0; r < n; r++) {
+        ahrs_real *const own = y + width * r;
+        const ahrs_real sum = variance + ahrs_cal_dot(size, h + size * r, own + first);
+        const ahrs_real rest = innovation[r] - ahrs_cal_dot(size, h + size * r, dx + first);
+        if (!(sum >= variance && ahrs_is_finite(sum) && ahrs_is_finite(rest))) {
+            return false;
+        }
+        const ahrs_real scale = 1 / ahrs_sqrt(sum), step = scale * rest;
+        for (int32_t j = 0; j < width; j++) {
+            own[j] *= scale;
+            dx[j] += own[j] * step;
+        }
+        for (int32_t later = r + 1; later < n; later++) {
+            ahrs_real *const other = y + width * later;
+            const ahrs_real along = ahrs_cal_dot(size, h + size * later, own + first);
+            for (int32_t j = 0; j < width; j++) {
+                other[j] -= along * own[j];
+            }
+        }
+    }
+    return true;
+}
+
+/* P := P - the squares of n vectors y, for the first `rows` rows: the lower half, to whole quads, and its image. */
+AHRS_INLINE void ahrs_cal_subtract(int32_t n, int32_t rows, int32_t width, const ahrs_real *restrict y,
+                                   ahrs_real *restrict cov) {
+    for (int32_t i = 0; i < rows; i++) {
+        ahrs_real *const row = cov + width * i;
+        const int32_t quads = i / 4 + 1;
+        for (int32_t j = 0; j < 4 * quads; j++) {
+            ahrs_real sum = y[i] * y[j];
+            for (int32_t r = 1; r < n; r++) {
+                sum += y[width * r + i] * y[width * r + j];
+            }
+            row[j] -= sum;
+        }
+        for (int32_t j = 0; j < 4 * (quads - 1); j++) {
+            cov[width * j + i] = row[j];
+        }
+    }
+}
+
+#endif
 /* Kalman-calibrated complementary filter (docs/accuracy.md). The level frame is z down with a free heading; the
  * magnetometer counts in the norm of its first sample. */
 
 #include <string.h>
 
-/* Layout of x. G of its elements, from GYRO on, correct the gyroscope. */
-enum { kcf_FIELD = 0, kcf_IRON = 3, kcf_LATENCY = 6, kcf_GYRO = 7, kcf_SCALE = 10, kcf_N = 19, kcf_G = 12 };
+/* Layout of x: bias, scale and misalignment of the gyroscope; then the magnetometer. */
+enum { kcf_GYRO = 0, kcf_SCALE = 3, kcf_G = AHRS_CAL_GYRO, kcf_FIELD = kcf_G, kcf_IRON = kcf_FIELD + AHRS_CAL_IRON,
+       kcf_LATENCY = kcf_FIELD + AHRS_CAL_LATENCY, kcf_N = 19 };
+
+/* Width of the rows of cov, and of alt_cov, which has the states of the magnetometer only, without latency. */
+enum { kcf_ROW = AHRS_CAL_ROW, kcf_ALT_ROW = AHRS_CAL_MAG, kcf_ALT_N = AHRS_CAL_LATENCY };
 
 /* A row of the sensitivities: the twelve of bias and scale, and what the filter has already corrected. */
 enum { kcf_SENS = kcf_G + 1 };
@@ -3657,8 +3786,7 @@ enum { kcf_QUESTION_NEW, kcf_QUESTION_OPEN, kcf_QUESTION_ANSWERED };
 enum { kcf_FIELD_CALM, kcf_FIELD_SUSPECT, kcf_FIELD_STRANGE, kcf_FIELD_OTHER };
 
 /* The parts of the slow step. */
-enum { kcf_PHASE_COUPLE, kcf_PHASE_GYRO_X, kcf_PHASE_GYRO_Y, kcf_PHASE_GYRO_Z, kcf_PHASE_FIELD, kcf_PHASE_MAG_X, kcf_PHASE_MAG_Y, kcf_PHASE_MAG_Z,
-       kcf_PHASE_ALTERNATIVE, kcf_PHASE_APPLY, kcf_PHASE_EVIDENCE, kcf_PHASES };
+enum { kcf_PHASE_GYRO, kcf_PHASE_FIELD, kcf_PHASE_MAG, kcf_PHASE_ALTERNATIVE, kcf_PHASE_APPLY, kcf_PHASE_EVIDENCE, kcf_PHASES };
 
 static const ahrs_real kcf_SQRT2 = AHRS_C(1.41421356237309504880);
 static const ahrs_real kcf_HAND_TIME = AHRS_C(3.5), MULTIROTOR_TIME = AHRS_C(10.0); /* s */
@@ -3682,6 +3810,7 @@ static const ahrs_real kcf_MAG_TIME_MAX = AHRS_C(0.2); /* s: rarer samples count
 
 /* Independent views of the field: per second at rest, one per angle in motion, at most so many per second. */
 static const ahrs_real kcf_VIEWS_AT_REST = AHRS_C(0.02), VIEW_ANGLE = AHRS_C(0.5), VIEWS_MAX = AHRS_C(1.0);
+static const ahrs_real kcf_SETTLED = AHRS_C(20.0); /* time constants: what is left of the first tilt error is 2e-9 */
 static const ahrs_real kcf_LOST = AHRS_C(0.03); /* rad2: an attitude less certain than 10 deg begins anew */
 static const ahrs_real kcf_TURNED = AHRS_C(6e-4); /* squared difference of rotation matrices: 1 deg */
 static const ahrs_real kcf_EVIDENCE_DECIDES = AHRS_C(2980.9579870417283); /* odds of e^8 */
@@ -3694,71 +3823,20 @@ static ahrs_real kcf_tau_accel(const ahrs_kcf_params *p) {
 
 static ahrs_real kcf_square(ahrs_real a) { return a * a; }
 
-/* Row i of a lower triangle stored row by row. */
-static ahrs_real *kcf_row(ahrs_real *cov, int i) { return cov + i * (i + 1) / 2; }
-static const ahrs_real *kcf_row_of(const ahrs_real *cov, int i) { return cov + i * (i + 1) / 2; }
-static ahrs_real *kcf_entry(ahrs_real *cov, int i, int j) { return i > j ? kcf_row(cov, i) + j : kcf_row(cov, j) + i; }
-
-/* y = cov h, where h is zero outside [first, last). */
-static void kcf_times(const ahrs_real *cov, int n, const ahrs_real *h, int first, int last, ahrs_real *y) {
-    for (int k = 0; k < n; k++) {
-        y[k] = 0;
-    }
-    for (int k = first; k < n; k++) {
-        const ahrs_real *r = kcf_row_of(cov, k);
-        const int end = k < last ? k : last;
-        ahrs_real sum = 0;
-        for (int i = first; i < end; i++) {
-            sum += r[i] * h[i];
-        }
-        if (k < last) {
-            for (int i = 0; i < k; i++) {
-                y[i] += r[i] * h[k];
-            }
-            sum += r[k] * h[k];
-        }
-        y[k] += sum;
-    }
-}
-
-/* Scalar measurement of h x, h zero outside [first, last); the correction is collected in dx. False, and nothing done,
- * when the covariance has lost its meaning. */
-static bool kcf_measure(ahrs_real *cov, ahrs_real *dx, int n, const ahrs_real *h, int first, int last,
-                    ahrs_real innovation, ahrs_real variance) {
-    ahrs_real y[kcf_N];
-    ahrs_real sum = variance;
-    kcf_times(cov, n, h, first, last, y);
-    for (int i = first; i < last; i++) {
-        sum += h[i] * y[i];
-        innovation -= h[i] * dx[i];
-    }
-    if (!(sum >= variance && ahrs_is_finite(sum) && ahrs_is_finite(innovation))) {
-        return false;
-    }
-    const ahrs_real inverse = 1 / sum, kcf_step = innovation * inverse;
-    for (int i = 0; i < n; i++) {
-        ahrs_real *r = kcf_row(cov, i);
-        const ahrs_real gain = y[i] * inverse;
-        dx[i] += y[i] * kcf_step;
-        for (int j = 0; j <= i; j++) {
-            r[j] -= gain * y[j];
-        }
-    }
-    return true;
-}
+/* Variance of state i. */
+static ahrs_real *kcf_variance_of(ahrs_real *cov, int i) { return cov + (kcf_ROW + 1) * i; }
 
 static void kcf_reset_covariance(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     memset(s->cov, 0, sizeof s->cov);
     for (int i = 0; i < 3; i++) {
-        *kcf_entry(s->cov, kcf_FIELD + i, kcf_FIELD + i) = 1;
-        *kcf_entry(s->cov, kcf_IRON + i, kcf_IRON + i) = kcf_square(p->hard_iron_std);
-        *kcf_entry(s->cov, kcf_GYRO + i, kcf_GYRO + i) = kcf_square(p->bias_std);
+        *kcf_variance_of(s->cov, kcf_FIELD + i) = 1;
+        *kcf_variance_of(s->cov, kcf_IRON + i) = kcf_square(p->hard_iron_std);
+        *kcf_variance_of(s->cov, kcf_GYRO + i) = kcf_square(p->bias_std);
         for (int j = 0; j < 3; j++) {
-            const int k = kcf_SCALE + 3 * i + j;
-            *kcf_entry(s->cov, k, k) = kcf_square(i == j ? p->gyro_scale_std : p->gyro_misalignment_std);
+            *kcf_variance_of(s->cov, kcf_SCALE + 3 * i + j) = kcf_square(i == j ? p->gyro_scale_std : p->gyro_misalignment_std);
         }
     }
-    *kcf_entry(s->cov, kcf_LATENCY, kcf_LATENCY) = kcf_square(p->mag_latency_std);
+    *kcf_variance_of(s->cov, kcf_LATENCY) = kcf_square(p->mag_latency_std);
 }
 
 static void kcf_lose_covariance(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
@@ -3800,9 +3878,8 @@ static void kcf_integrate(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahr
     ahrs_vec3_to(s->turn, ahrs_vec3_add(ahrs_vec3_of(s->turn), angle));
 
     const ahrs_mat3 R = ahrs_quat_to_mat3(q);
-    ahrs_vec3_to(s->sum_error, ahrs_vec3_add_scaled(ahrs_vec3_of(s->sum_error), T, ahrs_mat3_apply(R, c)));
     for (int i = 0; i < 3; i++) {
-        ahrs_real *sum = &s->sum_sens[kcf_G * i];
+        ahrs_real *sum = &s->sum_sens[kcf_SENS * i];
         const ahrs_real r[3] = {T * R.row[i].x, T * R.row[i].y, T * R.row[i].z};
         for (int j = 0; j < 3; j++) {
             sum[j] += r[j];
@@ -3810,6 +3887,7 @@ static void kcf_integrate(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahr
             sum[4 + 3 * j] += r[j] * g.y;
             sum[5 + 3 * j] += r[j] * g.z;
         }
+        sum[kcf_G] += r[0] * c.x + r[1] * c.y + r[2] * c.z;
     }
     s->sum_rate2 += T * ahrs_vec3_norm2(w);
     s->block_time += T;
@@ -3884,7 +3962,6 @@ static bool kcf_at_rest(const ahrs_kcf_state *s) { return s->rest_time >= kcf_RE
 
 static void kcf_clear_block(ahrs_kcf_state *s) {
     memset(s->sum_force, 0, sizeof s->sum_force);
-    memset(s->sum_error, 0, sizeof s->sum_error);
     memset(s->sum_sens, 0, sizeof s->sum_sens);
     memset(s->turn, 0, sizeof s->turn);
     s->sum_rate2 = 0;
@@ -3922,30 +3999,31 @@ static ahrs_vec3 kcf_level(ahrs_kcf_state *s, kcf_low_pass f) {
     if (!(norm > 0)) {
         return (ahrs_vec3){0, 0, 1};
     }
-    const ahrs_vec3 e = ahrs_vec3_scale(turned, 1 / norm);
-    const ahrs_real k = ahrs_sqrt(ahrs_max(AHRS_C(0.5) * (e.z + 1), 0));
+    /* The shortest turn that brings the force upright, not normalised. */
+    const ahrs_real along = norm + turned.z;
     const ahrs_quat half_turn = {0, 1, 0, 0};
-    const ahrs_quat kcf_step = k > AHRS_C(1e-6) ? (ahrs_quat){k, e.y / (2 * k), -e.x / (2 * k), 0} : half_turn;
+    const ahrs_quat kcf_step =
+        along > AHRS_C(2e-12) * norm ? (ahrs_quat){along, turned.y, -turned.x, 0} : half_turn;
     ahrs_quat_to(s->q_tilt, ahrs_quat_unit(ahrs_quat_mul(kcf_step, q)));
-    return e;
+    return ahrs_vec3_scale(turned, 1 / norm);
 }
 
 /* Takes the sensitivities into the level frame: its horizontal rows through the same low-pass as the force. */
 static void kcf_follow_sensitivities(ahrs_kcf_state *s, kcf_low_pass f, ahrs_real inverse_time) {
     const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->q_tilt));
-    for (int k = 0; k < kcf_SENS; k++) {
-        const ahrs_vec3 column = k < kcf_G ? (ahrs_vec3){s->sum_sens[k], s->sum_sens[kcf_G + k], s->sum_sens[2 * kcf_G + k]}
-                                       : ahrs_vec3_of(s->sum_error);
-        const ahrs_vec3 v = ahrs_mat3_apply(R, column);
-        const ahrs_real in[2] = {v.x * inverse_time, v.y * inverse_time};
-        for (int i = 0; i < 2; i++) {
-            ahrs_real *kcf_level = &s->sens_level[kcf_SENS * i + k], *slope = &s->sens_slope[kcf_SENS * i + k];
-            *kcf_level += f.T * (in[i] - *slope);
-            *slope = (*slope + f.pull * *kcf_level) * f.inverse;
+    for (int i = 0; i < 2; i++) {
+        const ahrs_vec3 mean = ahrs_vec3_scale(R.row[i], inverse_time);
+        const ahrs_real *const sum = s->sum_sens;
+        ahrs_real *const kcf_level = s->sens_level + kcf_SENS * i, *const slope = s->sens_slope + kcf_SENS * i;
+        for (int k = 0; k < kcf_SENS; k++) {
+            const ahrs_real in = mean.x * sum[k] + mean.y * sum[kcf_SENS + k] + mean.z * sum[2 * kcf_SENS + k];
+            kcf_level[k] += f.T * (in - slope[k]);
+            slope[k] = (slope[k] + f.pull * kcf_level[k]) * f.inverse;
         }
-        if (k < kcf_G) {
-            s->job_vertical[k] = v.z;
-        }
+    }
+    for (int k = 0; k < kcf_G; k++) {
+        const ahrs_real *const sum = s->sum_sens + k;
+        s->job_vertical[k] = R.row[2].x * sum[0] + R.row[2].y * sum[kcf_SENS] + R.row[2].z * sum[2 * kcf_SENS];
     }
 }
 
@@ -3959,12 +4037,9 @@ static void kcf_face_north(ahrs_kcf_state *s) {
 static void kcf_make_good_lag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     ahrs_real lag[2];
     for (int i = 0; i < 2; i++) {
-        const ahrs_real *kcf_level = &s->sens_level[kcf_SENS * i];
-        lag[i] = -kcf_level[kcf_G];
-        for (int k = 0; k < kcf_G; k++) {
-            lag[i] += kcf_level[k] * s->x[kcf_GYRO + k];
-        }
-        lag[i] = p->refine ? AHRS_C(-0.5) * ahrs_clamp(lag[i], -kcf_LAG_MAX, kcf_LAG_MAX) : 0;
+        const ahrs_real *const kcf_level = s->sens_level + kcf_SENS * i;
+        const ahrs_real drift = ahrs_cal_dot(kcf_G, kcf_level, s->x + kcf_GYRO) - kcf_level[kcf_G];
+        lag[i] = p->refine ? AHRS_C(-0.5) * ahrs_clamp(drift, -kcf_LAG_MAX, kcf_LAG_MAX) : 0;
     }
     const ahrs_quat turn = ahrs_quat_unit((ahrs_quat){1, lag[0], lag[1], 0});
     ahrs_quat_to(s->q_level, ahrs_quat_mul(turn, ahrs_quat_of(s->q_tilt)));
@@ -3972,12 +4047,8 @@ static void kcf_make_good_lag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
 }
 
 static ahrs_real kcf_drift_row(const ahrs_kcf_state *s, int i, ahrs_real tilt_rate) {
-    const ahrs_real *sens = &s->sens_slope[kcf_SENS * i];
-    ahrs_real y = tilt_rate + sens[kcf_G];
-    for (int k = 0; k < kcf_G; k++) {
-        y -= sens[k] * s->x[kcf_GYRO + k];
-    }
-    return y;
+    const ahrs_real *const sens = s->sens_slope + kcf_SENS * i;
+    return tilt_rate + sens[kcf_G] - ahrs_cal_dot(kcf_G, sens, s->x + kcf_GYRO);
 }
 
 /* Correlates the turn of what a sensor sees with the one the gyroscope predicts, axis by axis: a swapped sign turns
@@ -4076,62 +4147,99 @@ static void kcf_begin_slow_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, con
     s->phase = 0;
 }
 
-/* Adds the variance of a turn of the level frame about its vertical to a covariance that begins with the field. */
-static void kcf_turn_field(ahrs_real *cov, const ahrs_real *field, ahrs_real variance) {
-    const ahrs_real u[2] = {-field[1], field[0]};
+/* Adds the variance of a turn of the level frame about its vertical; `block` are the rows and columns of the field. */
+static void kcf_turn_field(ahrs_real *block, int width, const ahrs_real *field, ahrs_real variance) {
+    const ahrs_real across = -variance * field[0] * field[1];
+    block[0] += variance * field[1] * field[1];
+    block[1] += across;
+    block[width] += across;
+    block[width + 1] += variance * field[0] * field[0];
+}
+
+/* Adds to three variances; `block` begins with the first. */
+static void kcf_add_to_diagonal(ahrs_real *block, int width, ahrs_real variance) {
+    for (int i = 0; i < 3; i++) {
+        block[(width + 1) * i] += variance;
+    }
+}
+
+/* The errors of the gyroscope turn the level frame, and with it the field in it: P := (I + u v') P (I + u v')' with
+ * y = P v and a horizontal u, which v does not see. */
+static void kcf_couple(ahrs_kcf_state *s, const ahrs_real u[2], const ahrs_real *y, ahrs_real variance) {
     for (int i = 0; i < 2; i++) {
-        for (int j = 0; j <= i; j++) {
-            kcf_row(cov, i)[j] += variance * u[i] * u[j];
+        ahrs_real *const row = s->cov + kcf_ROW * (kcf_FIELD + i);
+        for (int j = 0; j < kcf_N; j++) {
+            row[j] += u[i] * y[j];
+        }
+        for (int j = 0; j < 2; j++) {
+            row[kcf_FIELD + j] += u[j] * (y[kcf_FIELD + i] + u[i] * variance);
         }
     }
-}
-
-static void kcf_add_to_diagonal(ahrs_real *cov, int first, ahrs_real variance) {
-    for (int i = first; i < first + 3; i++) {
-        kcf_row(cov, i)[i] += variance;
+    for (int j = 0; j < kcf_N; j++) {
+        ahrs_real *const field = s->cov + kcf_ROW * j + kcf_FIELD;
+        field[0] = s->cov[kcf_ROW * kcf_FIELD + j];
+        field[1] = s->cov[kcf_ROW * (kcf_FIELD + 1) + j];
     }
 }
 
-/* The errors of the gyroscope turn the level frame, and with it the field in it. */
-static void kcf_couple(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+/* Variance of one slow step of a drift that a bias, which walks, shows to this accuracy. */
+static ahrs_real kcf_drift_variance(const ahrs_kcf_params *p, ahrs_real accuracy, ahrs_real T) {
+    const ahrs_real r = kcf_square(accuracy);
+    return (r * r / (kcf_square(kcf_BIAS_GROWTH) / p->bias_forget_time) + r * T) / T;
+}
+
+/* Gyroscope rows [I, 0] at rest. */
+static bool kcf_learn_at_rest(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_real *innovation) {
+    static const ahrs_real h[3 * 4] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    const ahrs_real variance = kcf_drift_variance(p, p->rest_drift_std, s->job_time);
+    ahrs_real y[3 * kcf_ROW];
+    memcpy(y, s->cov, sizeof y);
+    if (!ahrs_cal_measure(3, kcf_GYRO, 4, kcf_ROW, h, innovation, variance, y, s->dx)) {
+        return false;
+    }
+    ahrs_cal_subtract(3, kcf_N, kcf_ROW, y, s->cov);
+    return true;
+}
+
+/* Two rows h of the drift of the tilt in motion, with their products y. */
+static bool kcf_learn_in_motion(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_real *innovation,
+                            const ahrs_real *h, ahrs_real *y) {
+    const ahrs_real young = ahrs_max(1, kcf_square(kcf_tau_accel(p) / s->tilt_age));
+    const ahrs_real variance = kcf_drift_variance(p, p->motion_drift_std, s->job_time) * young;
+    if (!ahrs_cal_measure(2, kcf_GYRO, kcf_G, kcf_ROW, h, innovation, variance, y, s->dx)) {
+        return false;
+    }
+    ahrs_cal_subtract(2, kcf_N, kcf_ROW, y, s->cov);
+    return true;
+}
+
+static void kcf_learn_gyro(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real growth = kcf_square(kcf_BIAS_GROWTH) / p->bias_forget_time * s->job_time;
-    for (int i = kcf_GYRO; i < kcf_GYRO + 3; i++) {
-        ahrs_real *variance = &kcf_row(s->cov, i)[i];
+    const bool rests = s->job & kcf_JOB_REST, drifts = s->job & kcf_JOB_DRIFT;
+    const ahrs_real u[2] = {-s->x[kcf_FIELD + 1], s->x[kcf_FIELD]};
+    ahrs_real innovation[3], h[3 * kcf_G], y[3 * kcf_ROW];
+    for (int i = 0; i < 3; i++) {
+        ahrs_real *const variance = kcf_variance_of(s->cov, kcf_GYRO + i);
         *variance += *variance < kcf_square(p->bias_std) ? growth : 0;
+        innovation[i] = ahrs_clamp(s->job_drift[i], -p->bias_limit, p->bias_limit);
     }
-    ahrs_real h[kcf_N] = {0}, y[kcf_N];
-    memcpy(h + kcf_GYRO, s->job_vertical, sizeof s->job_vertical);
-    kcf_times(s->cov, kcf_N, h, kcf_GYRO, kcf_N, y);
-    ahrs_real variance = 0;
-    for (int i = kcf_GYRO; i < kcf_N; i++) {
-        variance += h[i] * y[i];
-    }
-    const ahrs_real u[2] = {-s->x[1], s->x[0]};
-    for (int i = 0; i < 2; i++) {
-        for (int j = 0; j <= i; j++) {
-            kcf_row(s->cov, i)[j] += u[i] * y[j] + u[j] * y[i] + u[i] * u[j] * variance;
+    memcpy(h, s->job_vertical, kcf_G * sizeof *h);
+    if (drifts) {
+        memcpy(h + kcf_G, s->sens_slope, kcf_G * sizeof *h);
+        memcpy(h + 2 * kcf_G, s->sens_slope + kcf_SENS, kcf_G * sizeof *h);
+        ahrs_cal_gyro_products(3, s->cov, h, y);
+        for (int r = 1; r < 3; r++) {
+            const ahrs_real along = ahrs_cal_dot(kcf_G, h + kcf_G * r, y);
+            y[kcf_ROW * r + kcf_FIELD] += u[0] * along;
+            y[kcf_ROW * r + kcf_FIELD + 1] += u[1] * along;
         }
-        for (int j = 2; j < kcf_N; j++) {
-            kcf_row(s->cov, j)[i] += u[i] * y[j];
-        }
+    } else {
+        ahrs_cal_gyro_products(1, s->cov, h, y);
     }
-}
-
-static void kcf_learn_gyro(ahrs_kcf_state *s, const ahrs_kcf_params *p, int i) {
-    const ahrs_real T = s->job_time, innovation = ahrs_clamp(s->job_drift[i], -p->bias_limit, p->bias_limit);
-    const ahrs_real walk = kcf_square(kcf_BIAS_GROWTH) / p->bias_forget_time;
-    ahrs_real h[kcf_N] = {0};
-    bool sound = true;
-    if (s->job & kcf_JOB_REST) {
-        const ahrs_real r = kcf_square(p->rest_drift_std);
-        h[kcf_GYRO + i] = 1;
-        sound = kcf_measure(s->cov, s->dx, kcf_N, h, kcf_GYRO + i, kcf_GYRO + i + 1, innovation, (r * r / walk + r * T) / T);
-    } else if ((s->job & kcf_JOB_DRIFT) && i < 2) {
-        const ahrs_real r = kcf_square(p->motion_drift_std), tau = kcf_tau_accel(p);
-        const ahrs_real young = ahrs_max(1, kcf_square(tau / s->tilt_age));
-        memcpy(h + kcf_GYRO, &s->sens_slope[kcf_SENS * i], kcf_G * sizeof(ahrs_real));
-        sound = kcf_measure(s->cov, s->dx, kcf_N, h, kcf_GYRO, kcf_N, innovation, (r * r / walk + r * T) / T * young);
-    }
+    kcf_couple(s, u, y, ahrs_cal_dot(kcf_G, h, y));
+    const bool sound = rests    ? kcf_learn_at_rest(s, p, innovation)
+                       : drifts ? kcf_learn_in_motion(s, p, innovation, h + kcf_G, y + kcf_ROW)
+                                : true;
     if (!sound) {
         kcf_lose_covariance(s, p);
     }
@@ -4157,8 +4265,8 @@ static ahrs_real kcf_excess_of(const ahrs_kcf_params *p, ahrs_real *misfit, ahrs
 static void kcf_change_alternative(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_real ratio) {
     const ahrs_real T = s->job_mag_time, excess = kcf_excess_of(p, &s->alt_misfit, ratio, s->job_noise[0], T);
     const ahrs_real jump = (kcf_square(p->hard_iron_walk) + p->jump_hard_iron * excess) * T;
-    kcf_add_to_diagonal(s->alt_cov, kcf_FIELD, p->jump_field * excess * T);
-    kcf_add_to_diagonal(s->alt_cov, kcf_IRON, jump);
+    kcf_add_to_diagonal(s->alt_cov, kcf_ALT_ROW, p->jump_field * excess * T);
+    kcf_add_to_diagonal(s->alt_cov + (kcf_ALT_ROW + 1) * AHRS_CAL_IRON, kcf_ALT_ROW, jump);
     s->alt_jump += jump;
 }
 
@@ -4182,9 +4290,10 @@ static void kcf_align(ahrs_real *field, ahrs_vec3 seen) {
 static void kcf_make_independent(ahrs_kcf_state *s, int first, ahrs_real variance) {
     for (int i = first; i < first + 3; i++) {
         for (int j = 0; j < kcf_N; j++) {
-            *kcf_entry(s->cov, i, j) = 0;
+            s->cov[kcf_ROW * i + j] = 0;
+            s->cov[kcf_ROW * j + i] = 0;
         }
-        kcf_row(s->cov, i)[i] = variance;
+        *kcf_variance_of(s->cov, i) = variance;
     }
 }
 
@@ -4228,9 +4337,12 @@ static bool kcf_is_back(ahrs_kcf_state *s, const ahrs_mat3 *R, ahrs_real expecte
 }
 
 /* Whether the hard iron is as certain as a calibration would leave it. */
-static bool kcf_knows_iron(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
-    const ahrs_real limit = kcf_square(p->hard_iron_std);
-    return kcf_row_of(s->cov, 3)[3] < limit && kcf_row_of(s->cov, 4)[4] < limit && kcf_row_of(s->cov, 5)[5] < limit;
+static bool kcf_knows_iron(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
+    bool known = true;
+    for (int i = kcf_IRON; i < kcf_IRON + 3; i++) {
+        known = known && *kcf_variance_of(s->cov, i) < kcf_square(p->hard_iron_std);
+    }
+    return known;
 }
 
 /* Tells a change of the field from one of the hard iron. What has fitted through enough views is trusted: turning
@@ -4275,14 +4387,14 @@ static void kcf_expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         ahrs_vec3_to(s->x + kcf_FIELD, field);
     }
     if (s->job & kcf_REALIGN) {
-        kcf_align(s->x, field);
-        kcf_align(s->alt_x, kcf_level_field(s, &R, ahrs_vec3_of(s->alt_x + kcf_IRON)));
+        kcf_align(s->x + kcf_FIELD, field);
+        kcf_align(s->alt_x, kcf_level_field(s, &R, ahrs_vec3_of(s->alt_x + AHRS_CAL_IRON)));
         s->job &= ~kcf_REALIGN;
         s->change = kcf_FIELD_CALM;
     }
-    const ahrs_real rate2 = ahrs_vec3_norm2(ahrs_vec3_of(s->job_rate));
-    const ahrs_real expected = kcf_square(p->mag_noise) + kcf_square(p->mag_rate_noise) * rate2 +
-                               kcf_square(p->mag_tilt_noise) * ahrs_exp_decay(s->tilt_age / kcf_tau_accel(p));
+    const ahrs_real rate2 = ahrs_vec3_norm2(ahrs_vec3_of(s->job_rate)), age = s->tilt_age / kcf_tau_accel(p);
+    const ahrs_real settling = age < kcf_SETTLED ? kcf_square(p->mag_tilt_noise) * ahrs_exp_decay(age) : 0;
+    const ahrs_real expected = kcf_square(p->mag_noise) + kcf_square(p->mag_rate_noise) * rate2 + settling;
     kcf_judge_field(s, p, &R, expected);
     const ahrs_vec3 nu = ahrs_vec3_sub(kcf_level_field(s, &R, kcf_iron(s)), ahrs_vec3_of(s->x + kcf_FIELD));
     ahrs_vec3_to(s->job_nu, nu);
@@ -4292,10 +4404,10 @@ static void kcf_expect_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     s->job_noise[1] = kcf_square(p->mag_density) / T * expected / kcf_square(p->mag_noise) *
                       (1 + p->outlier_weight * ahrs_max(0, ratio - 1));
     for (int i = kcf_IRON; i < kcf_IRON + 3; i++) {
-        ahrs_real *variance = &kcf_row(s->cov, i)[i];
+        ahrs_real *const variance = kcf_variance_of(s->cov, i);
         *variance += *variance < kcf_IRON_VARIANCE_MAX ? (kcf_square(p->hard_iron_walk) + p->jump_hard_iron * excess) * T : 0;
     }
-    kcf_add_to_diagonal(s->cov, kcf_FIELD, p->jump_field * s->excess * T);
+    kcf_add_to_diagonal(kcf_variance_of(s->cov, kcf_FIELD), kcf_ROW, p->jump_field * s->excess * T);
     s->excess = excess;
     if (s->question == kcf_QUESTION_OPEN) {
         const ahrs_real unexplained = kcf_square(p->uncalibrated_std) * kcf_rotation_difference(s->job_q, s->alt_q) / 3;
@@ -4307,30 +4419,31 @@ static void kcf_follow_field(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real T = s->job_time;
     const ahrs_real heading = (kcf_square(p->heading_walk) + kcf_square(p->heading_rate_walk) * s->job_rate2) * T;
     const ahrs_real field = kcf_square(p->field_walk) * T;
-    kcf_add_to_diagonal(s->cov, kcf_FIELD, field);
-    kcf_turn_field(s->cov, s->x, heading);
+    kcf_add_to_diagonal(kcf_variance_of(s->cov, kcf_FIELD), kcf_ROW, field);
+    kcf_turn_field(kcf_variance_of(s->cov, kcf_FIELD), kcf_ROW, s->x + kcf_FIELD, heading);
     if (s->question == kcf_QUESTION_OPEN) {
-        kcf_add_to_diagonal(s->alt_cov, kcf_FIELD, field);
-        kcf_turn_field(s->alt_cov, s->alt_x, heading);
+        kcf_add_to_diagonal(s->alt_cov, kcf_ALT_ROW, field);
+        kcf_turn_field(s->alt_cov, kcf_ALT_ROW, s->alt_x, heading);
     }
     if (s->job & kcf_JOB_MAG) {
         kcf_expect_field(s, p);
     }
 }
 
-static void kcf_learn_mag(ahrs_kcf_state *s, const ahrs_kcf_params *p, int i) {
+static void kcf_learn_mag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     if (!(s->job & kcf_JOB_MAG) || (s->job & kcf_JOB_MAG_FIRST)) {
         return;
     }
     const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->job_q));
     const ahrs_vec3 m = ahrs_vec3_sub(ahrs_vec3_of(s->job_mag), kcf_iron(s));
-    ahrs_real h[kcf_N] = {0};
-    h[kcf_FIELD + i] = 1;
-    ahrs_vec3_to(h + kcf_IRON, R.row[i]);
-    h[kcf_LATENCY] = ahrs_vec3_dot(R.row[i], ahrs_vec3_cross(ahrs_vec3_of(s->job_rate), m));
-    if (!kcf_measure(s->cov, s->dx, kcf_N, h, kcf_FIELD, kcf_GYRO, s->job_nu[i], s->job_noise[1])) {
+    ahrs_real h[3 * AHRS_CAL_MAG], y[3 * kcf_ROW];
+    ahrs_cal_mag_rows(&R, ahrs_mat3_apply(R, ahrs_vec3_cross(ahrs_vec3_of(s->job_rate), m)), h);
+    ahrs_cal_mag_products(kcf_ROW, true, s->cov + kcf_ROW * kcf_FIELD, h, y);
+    if (!ahrs_cal_measure(3, kcf_FIELD, AHRS_CAL_MAG, kcf_ROW, h, s->job_nu, s->job_noise[1], y, s->dx)) {
         kcf_lose_covariance(s, p);
+        return;
     }
+    ahrs_cal_subtract(3, kcf_N, kcf_ROW, y, s->cov);
 }
 
 static void kcf_ask(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
@@ -4338,17 +4451,16 @@ static void kcf_ask(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->job_q));
     memset(s->alt_x, 0, sizeof s->alt_x);
     memset(s->alt_cov, 0, sizeof s->alt_cov);
-    memcpy(s->alt_x, s->x, 3 * sizeof(ahrs_real));
+    memcpy(s->alt_x, s->x + kcf_FIELD, 3 * sizeof(ahrs_real));
     memcpy(s->alt_q, s->job_q, sizeof s->alt_q);
     for (int i = 0; i < 3; i++) {
-        ahrs_real *r = kcf_row(s->alt_cov, kcf_IRON + i);
-        kcf_row(s->alt_cov, i)[i] = variance + s->job_noise[0];
-        r[kcf_IRON + i] = variance;
-        ahrs_real axis[3] = {0, 0, 0}, column[3];
-        axis[i] = 1;
-        ahrs_vec3_to(column, ahrs_mat3_apply(R, ahrs_vec3_of(axis)));
+        ahrs_real *const field = s->alt_cov + kcf_ALT_ROW * i;
+        field[i] = variance + s->job_noise[0];
+        ahrs_vec3_to(field + AHRS_CAL_IRON, ahrs_vec3_scale(R.row[i], -variance));
         for (int j = 0; j < 3; j++) {
-            r[j] = -variance * column[j];
+            ahrs_real *const iron_row = s->alt_cov + kcf_ALT_ROW * (AHRS_CAL_IRON + j);
+            iron_row[i] = field[AHRS_CAL_IRON + j];
+            iron_row[AHRS_CAL_IRON + j] = variance;
         }
     }
     s->alt_misfit = 1;
@@ -4362,32 +4474,26 @@ static void kcf_learn_alternative(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         return;
     }
     const ahrs_mat3 R = ahrs_quat_to_mat3(ahrs_quat_of(s->job_q));
-    const ahrs_vec3 field = kcf_level_field(s, &R, ahrs_vec3_of(s->alt_x + kcf_IRON));
-    ahrs_real nu[3], h[3][6] = {{0}}, dx[6] = {0}, trace = 0;
+    const ahrs_vec3 field = kcf_level_field(s, &R, ahrs_vec3_of(s->alt_x + AHRS_CAL_IRON));
+    ahrs_real nu[3], h[3 * AHRS_CAL_MAG], y[3 * kcf_ALT_ROW], dx[kcf_ALT_ROW] = {0}, trace = 0;
     ahrs_vec3_to(nu, ahrs_vec3_sub(field, ahrs_vec3_of(s->alt_x)));
+    ahrs_cal_mag_rows(&R, (ahrs_vec3){0, 0, 0}, h);
+    ahrs_cal_mag_products(kcf_ALT_ROW, false, s->alt_cov, h, y);
     for (int i = 0; i < 3; i++) {
-        ahrs_real y[6];
-        h[i][i] = 1;
-        ahrs_vec3_to(h[i] + kcf_IRON, R.row[i]);
-        kcf_times(s->alt_cov, 6, h[i], 0, 6, y);
-        for (int k = 0; k < 6; k++) {
-            trace += h[i][k] * y[k];
-        }
+        trace += ahrs_cal_dot(kcf_ALT_ROW, h + AHRS_CAL_MAG * i, y + kcf_ALT_ROW * i);
     }
     const ahrs_real expected = s->job_noise[0];
     const ahrs_real ratio = (nu[0] * nu[0] + nu[1] * nu[1] + nu[2] * nu[2]) / (3 * expected + trace);
     const ahrs_real views = ahrs_min(VIEWS_MAX, ahrs_sqrt(s->job_rate2) / VIEW_ANGLE + kcf_VIEWS_AT_REST);
     const ahrs_real variance =
         expected / (s->job_mag_time * views) * (1 + p->outlier_weight * ahrs_max(0, ratio - 1));
-    bool sound = true;
-    for (int i = 0; i < 3; i++) {
-        sound = sound && kcf_measure(s->alt_cov, dx, 6, h[i], 0, 6, nu[i], variance);
-    }
-    for (int k = 0; k < 6; k++) {
-        s->alt_x[k] += dx[k];
-    }
-    if (!sound) {
+    if (!ahrs_cal_measure(3, 0, kcf_ALT_ROW, kcf_ALT_ROW, h, nu, variance, y, dx)) {
         s->question = kcf_QUESTION_ANSWERED;
+        return;
+    }
+    ahrs_cal_subtract(3, kcf_ALT_N, kcf_ALT_ROW, y, s->alt_cov);
+    for (int k = 0; k < kcf_ALT_N; k++) {
+        s->alt_x[k] += dx[k];
     }
 }
 
@@ -4404,10 +4510,11 @@ static ahrs_real kcf_invert(ahrs_mat3 a, ahrs_mat3 *inverse) {
  * ratio of their marginal likelihoods follows from the posterior of one (docs/accuracy.md). */
 static ahrs_real kcf_odds_of(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     const ahrs_real narrow = kcf_square(p->hard_iron_std) + s->alt_jump, wide = kcf_square(p->uncalibrated_std) + s->alt_jump;
-    const ahrs_real *P = s->alt_cov;
-    const ahrs_real *rx = kcf_row_of(P, kcf_IRON), *ry = kcf_row_of(P, kcf_IRON + 1), *rz = kcf_row_of(P, kcf_IRON + 2);
-    const ahrs_mat3 posterior = {{{rx[3], ry[3], rz[3]}, {ry[3], ry[4], rz[4]}, {rz[3], rz[4], rz[5]}}};
-    const ahrs_vec3 b = ahrs_vec3_of(s->alt_x + kcf_IRON);
+    ahrs_mat3 posterior;
+    for (int i = 0; i < 3; i++) {
+        posterior.row[i] = ahrs_vec3_of(s->alt_cov + kcf_ALT_ROW * (AHRS_CAL_IRON + i) + AHRS_CAL_IRON);
+    }
+    const ahrs_vec3 b = ahrs_vec3_of(s->alt_x + AHRS_CAL_IRON);
     const ahrs_real more = 1 / narrow - 1 / wide;
     ahrs_mat3 information, other;
     const ahrs_real posterior_det = kcf_invert(posterior, &information);
@@ -4423,11 +4530,11 @@ static ahrs_real kcf_odds_of(const ahrs_kcf_state *s, const ahrs_kcf_params *p) 
 }
 
 static void kcf_adopt(ahrs_kcf_state *s) {
-    memcpy(s->x, s->alt_x, sizeof s->alt_x);
-    for (int i = 0; i < kcf_N; i++) {
-        for (int j = 0; j <= i && j < 6; j++) {
-            kcf_row(s->cov, i)[j] = i < 6 ? kcf_row(s->alt_cov, i)[j] : 0;
-        }
+    memcpy(s->x + kcf_FIELD, s->alt_x, sizeof s->alt_x);
+    kcf_make_independent(s, kcf_FIELD, 1);
+    kcf_make_independent(s, kcf_IRON, 1);
+    for (int i = 0; i < kcf_ALT_N; i++) {
+        memcpy(kcf_variance_of(s->cov, kcf_FIELD) + kcf_ROW * i, s->alt_cov + kcf_ALT_ROW * i, kcf_ALT_N * sizeof(ahrs_real));
     }
     s->misfit = 1;
 }
@@ -4445,8 +4552,10 @@ static void kcf_weigh_evidence(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         return;
     }
     const ahrs_real odds = kcf_odds_of(s, p);
-    const ahrs_real *P = s->alt_cov;
-    const ahrs_real largest = ahrs_max(kcf_row_of(P, 3)[3], ahrs_max(kcf_row_of(P, 4)[4], kcf_row_of(P, 5)[5]));
+    ahrs_real largest = 0;
+    for (int i = AHRS_CAL_IRON; i < kcf_ALT_N; i++) {
+        largest = ahrs_max(largest, s->alt_cov[(kcf_ALT_ROW + 1) * i]);
+    }
     const bool converged = largest < kcf_square(p->hard_iron_std);
     s->alt_probability = odds / (1 + odds);
     if (!ahrs_is_finite(odds) || odds * kcf_EVIDENCE_DECIDES < 1 || (converged && odds < 1)) {
@@ -4468,7 +4577,7 @@ static void kcf_find_north(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     /* Before the body has turned, the hypotheses differ in nothing but the noise of their first samples. */
     const bool same = p->refine && kcf_rotation_difference(s->job_q, s->alt_q) < kcf_TURNED;
     const ahrs_real other = s->question == kcf_QUESTION_OPEN && !same ? s->alt_probability : 0;
-    const ahrs_real *field = s->change >= kcf_FIELD_STRANGE ? s->calm_field : s->x;
+    const ahrs_real *const field = s->change >= kcf_FIELD_STRANGE ? s->calm_field : s->x + kcf_FIELD;
     const ahrs_real x = (1 - other) * field[0] + other * s->alt_x[0];
     const ahrs_real y = (1 - other) * field[1] + other * s->alt_x[1];
     const ahrs_real norm = ahrs_sqrt(x * x + y * y);
@@ -4490,7 +4599,7 @@ static void kcf_find_north(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
 static void kcf_apply(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     bool sound = true;
     for (int i = 0; i < kcf_N; i++) {
-        const ahrs_real variance = kcf_row(s->cov, i)[i];
+        const ahrs_real variance = *kcf_variance_of(s->cov, i);
         sound = sound && ahrs_is_finite(s->dx[i]) && variance >= 0 && ahrs_is_finite(variance);
     }
     if (!sound) {
@@ -4514,14 +4623,9 @@ static void kcf_conclude(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
 
 static void kcf_run_phase(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     switch (s->phase++) {
-    case kcf_PHASE_COUPLE: kcf_couple(s, p); break;
-    case kcf_PHASE_GYRO_X: kcf_learn_gyro(s, p, 0); break;
-    case kcf_PHASE_GYRO_Y: kcf_learn_gyro(s, p, 1); break;
-    case kcf_PHASE_GYRO_Z: kcf_learn_gyro(s, p, 2); break;
+    case kcf_PHASE_GYRO: kcf_learn_gyro(s, p); break;
     case kcf_PHASE_FIELD: kcf_follow_field(s, p); break;
-    case kcf_PHASE_MAG_X: kcf_learn_mag(s, p, 0); break;
-    case kcf_PHASE_MAG_Y: kcf_learn_mag(s, p, 1); break;
-    case kcf_PHASE_MAG_Z: kcf_learn_mag(s, p, 2); break;
+    case kcf_PHASE_MAG: kcf_learn_mag(s, p); break;
     case kcf_PHASE_ALTERNATIVE: kcf_learn_alternative(s, p); break;
     case kcf_PHASE_APPLY: kcf_apply(s, p); break;
     default: kcf_conclude(s, p); break;
@@ -4557,8 +4661,8 @@ static void kcf_account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *
     if (all) {
         kcf_restart_tilt(s, p);
     }
-    kcf_turn_field(s->cov, s->x, all ? 1 : lost);
-    kcf_turn_field(s->alt_cov, s->alt_x, all ? 1 : lost);
+    kcf_turn_field(kcf_variance_of(s->cov, kcf_FIELD), kcf_ROW, s->x + kcf_FIELD, all ? 1 : lost);
+    kcf_turn_field(s->alt_cov, kcf_ALT_ROW, s->alt_x, all ? 1 : lost);
 }
 
 /* The first sample is kept until the second tells the interval it stands for. */
@@ -4614,8 +4718,8 @@ static void kcf_step(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sam
         kcf_run_phases(s, p, kcf_PHASES);
         kcf_begin_slow_step(s, p, z);
     }
-    const ahrs_real done = (s->block_time + half_step) / p->slow_period;
-    kcf_run_phases(s, p, p->spread ? (int32_t)((ahrs_real)kcf_PHASES * done) : kcf_PHASES);
+    const ahrs_real done = p->spread ? ahrs_min((s->block_time + half_step) / p->slow_period, 1) : 1;
+    kcf_run_phases(s, p, (int32_t)((ahrs_real)kcf_PHASES * done));
     ahrs_set_condition(&s->common, AHRS_MAG_DISTURBED, kcf_disturbed(s, p));
     ahrs_set_condition(&s->common, AHRS_IMPLAUSIBLE, kcf_implausible(s, p));
 }
@@ -4668,12 +4772,12 @@ static inline void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_para
         y->gyro_scale[i] = sign[i / 3] * sign[i % 3] * s->x[kcf_SCALE + i];
     }
     y->mag_latency = s->x[kcf_LATENCY];
-    const ahrs_real horizontal2 = s->x[0] * s->x[0] + s->x[1] * s->x[1];
+    const ahrs_real *const field = s->x + kcf_FIELD, *const block = s->cov + (kcf_ROW + 1) * kcf_FIELD;
+    const ahrs_real horizontal2 = field[0] * field[0] + field[1] * field[1];
     y->local_field[0] = unit * ahrs_sqrt(horizontal2);
-    y->local_field[1] = unit * s->x[2];
-    const ahrs_real *P = s->cov;
-    const ahrs_real across = s->x[1] * s->x[1] * kcf_row_of(P, 0)[0] - 2 * s->x[0] * s->x[1] * kcf_row_of(P, 1)[0] +
-                             s->x[0] * s->x[0] * kcf_row_of(P, 1)[1];
+    y->local_field[1] = unit * field[2];
+    const ahrs_real across = field[1] * field[1] * block[0] - 2 * field[0] * field[1] * block[1] +
+                             field[0] * field[0] * block[kcf_ROW + 1];
     y->heading_std = horizontal2 > 0 ? ahrs_min(ahrs_sqrt(ahrs_max(across, 0)) / horizontal2, AHRS_PI) : AHRS_PI;
     y->disturbance = s->misfit;
     y->uncalibrated = s->alt_probability;
