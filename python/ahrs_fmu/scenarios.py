@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from typing import NamedTuple
 
@@ -242,6 +243,7 @@ def initial_attitude(record: Record, samples: int = INITIAL_SAMPLES) -> Array:
     return quaternion.from_matrix(axes / np.linalg.norm(axes, axis=-1, keepdims=True))
 
 
+@cache
 def _table() -> dict[str, Scenario]:
     text = resources.files("ahrs_fmu").joinpath("scenarios.toml").read_text(encoding="utf-8")
     return msgspec.convert(tomllib.loads(text), dict[str, Scenario])

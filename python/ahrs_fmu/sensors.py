@@ -14,6 +14,7 @@ print the one-sided density, sqrt(2) times as large. What a sensor is, is data: 
 from __future__ import annotations
 
 import tomllib
+from functools import cache
 from importlib import resources
 from typing import Annotated, NamedTuple, Protocol
 
@@ -264,6 +265,7 @@ def _fresh(rate: float, samples: int, sample_time: float) -> NDArray[np.bool_]:
     return fresh
 
 
+@cache
 def _table() -> dict[str, Imu]:
     text = resources.files("ahrs_fmu").joinpath("sensors.toml").read_text(encoding="utf-8")
     return msgspec.convert(tomllib.loads(text), dict[str, Imu])

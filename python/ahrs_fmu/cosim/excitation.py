@@ -5,6 +5,7 @@ Each becomes a `Playback` of columns. Everything is NED/FRD; angles in a file ar
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Annotated
 
 import msgspec
@@ -33,6 +34,7 @@ STANDARD_GRAVITY = 9.80665
 
 _DIFFERENCE_STEP = 1e-3
 _WIND_STREAM = 0x57494E44  # "WIND", away from the streams of a sensor
+_REMEMBERED = 16
 _STEEPEST = np.radians(75.0)
 
 
@@ -57,7 +59,11 @@ class Manoeuvre(Rotation, frozen=True):
 
     def playback(self, step: float, rows: int) -> Playback:
         """Compute the reference at rows + 1 times, `step` seconds apart."""
-        t = _times(step, rows)
+        units = {"rate_ref": "rad/s", "angular_acceleration_ref": "rad/s2", "thrust": "N"}
+        return Playback(_columns(self, step, rows), units, step)
+
+    def columns(self, t: Array) -> dict[str, Array]:
+        """Compute the reference at times t (N,), s, equally spaced."""
         h = _DIFFERENCE_STEP
 
         def attitude(at: Array) -> Array:
@@ -70,14 +76,12 @@ class Manoeuvre(Rotation, frozen=True):
         q = attitude(t)
         cosine = np.maximum(quaternion.to_matrix(q)[:, 2, 2], np.cos(_STEEPEST))
         lift = self.hover_thrust / (cosine if self.hold_height else 1.0)
-        columns = {
+        return {
             "q_ref": q,
             "rate_ref": rate(t),
             "angular_acceleration_ref": (rate(t + h) - rate(t - h)) / (2.0 * h),
             "thrust": np.broadcast_to(lift, t.shape) + self.thrust(t),
         }
-        units = {"rate_ref": "rad/s", "angular_acceleration_ref": "rad/s2", "thrust": "N"}
-        return Playback(columns, units, step)
 
     def _euler(self, at: Array, grid: Array) -> Array:
         """Angles at times that need not be on the grid; a yaw rate is integrated on the grid."""
@@ -159,15 +163,27 @@ class Motion(Data, frozen=True):
         ScenarioError
             If there is no experiment of that name.
         """
-        what = self._kinematics(_times(step, rows))
-        columns = {"q": what.q, "rate": what.rate, "specific_force": what.specific_force}
-        return Playback(columns, {"rate": "rad/s", "specific_force": "m/s2"}, step)
+        return Playback(_columns(self, step, rows), {"rate": "rad/s", "specific_force": "m/s2"}, step)
+
+    def columns(self, t: Array) -> dict[str, Array]:
+        """Compute the motion at times t (N,), s, equally spaced."""
+        what = self._kinematics(t)
+        return {"q": what.q, "rate": what.rate, "specific_force": what.specific_force}
 
     def _kinematics(self, t: Array) -> Kinematics:
         if self.experiment is None:
             return kinematics(t, self.rotation, self.acceleration, self.vibration, STANDARD_GRAVITY)
         published = scenarios.describe(self.experiment)
         return kinematics(t, published.rotation, published.motion, published.vibration, STANDARD_GRAVITY)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _columns(what: Manoeuvre | Motion, step: float, rows: int) -> dict[str, Array]:
+    """Columns of something that no seed changes: computed once for all runs of a campaign."""
+    columns = what.columns(_times(step, rows))
+    for column in columns.values():
+        column.flags.writeable = False
+    return columns
 
 
 def _times(step: float, rows: int) -> Array:
