@@ -245,10 +245,21 @@ def parse(text: str, path: Path) -> ScenarioFile:
         If it is no TOML, or its template, seeds or variations make no sense.
     """
     try:
-        table = tomllib.loads(text)
-        head = msgspec.convert(table, _Head)
+        return from_table(tomllib.loads(text), path)
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{path.name}: this is no TOML: {error}") from None
+
+
+def from_table(table: Mapping[str, Any], path: Path) -> ScenarioFile:
+    """Make a scenario file of what its text would be; see `parse`.
+
+    Raises
+    ------
+    ScenarioError
+        If its template, seeds or variations make no sense.
+    """
+    try:
+        head = msgspec.convert(table, _Head)
     except msgspec.ValidationError as error:
         raise ScenarioError(f"{path.name}: {_in_words(str(error))}") from None
     own = {name: value for name, value in table.items() if name not in _NAME_OF_FILE_ONLY}
