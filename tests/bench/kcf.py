@@ -164,8 +164,9 @@ def report(motion: Motion, loops: ctypes.CDLL) -> bool:
 def main() -> int:
     """Measure and show."""
     OUT.print(
-        f"KCF: an update in C, double, ns. Limits: at 286 Hz at most {UPDATE_OF_VQF:g} of VQF's updateBatch, spread "
-        f"at most {WORST_OF_MEDIAN:g} from median to worst. Of every update the least of {PASSES} passes counts.\n",
+        f"KCF: an update in C, double, ns. Limits: at 286 Hz at most {UPDATE_OF_VQF:g} of VQF's updateBatch, "
+        f"spread at most {WORST_OF_MEDIAN:g} from median to worst. "
+        f"Of every update the least of {PASSES} passes counts.\n",
     )
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
         loops = compile_loops("double", Path(scratch))
