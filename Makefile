@@ -17,7 +17,7 @@ help:
 	@echo "make demo       set up, build the FMUs, run the main example"
 	@echo "make test       all fast tests"
 	@echo "make test-all   also the slow campaigns"
-	@echo "make bench      timing, as ratios: updates (to build/bench.json), batches, Python as an FMU"
+	@echo "make bench      timing, as ratios: updates (to build/bench.json), batches, Python as an FMU, responses"
 	@echo "make lint       ruff and mypy"
 	@echo "make generate   rewrite what is generated from the descriptors"
 	@echo "make pictures   run the tutorial, which draws its pictures"
@@ -47,7 +47,7 @@ test-all: $(DEVELOP)
 
 bench: $(DEVELOP)
 	@$(PIP) -e ".[peers]"
-	@missed=0; for part in bench batch python_fmu kcf; do \
+	@missed=0; for part in bench batch python_fmu kcf frequency; do \
 		PYTHONPATH=tests/fmu $(PYTHON) tests/bench/$$part.py || missed=1; \
 	done; exit $$missed
 

@@ -18,6 +18,7 @@ from ahrs_fmu.analysis.linear_model import linearise
 from ahrs_fmu.analysis.measure import (
     OperatingPoint,
     deviation,
+    harmonics,
     multisine,
     plan,
     shared_stepped_sine,
@@ -164,6 +165,26 @@ def test_a_sum_of_sines_gives_the_same_response_in_one_run(path: str) -> None:
     schedule = plan(path, OMEGA, expected, math.radians(1.0))
     response = multisine(gcf(THIRD), schedule, T, 1)
     decibels, degrees = worst(response.main, expected.respond(OMEGA)[path == "rate"])
+    assert decibels < 0.02
+    assert degrees < 0.1
+
+
+@pytest.mark.parametrize(("points", "found"), [(30, 30), (4, 4), (2000, 1000)])
+def test_harmonics_are_spread_over_the_band(points: int, found: int) -> None:
+    omega = harmonics(0.02, 20.0, points)
+    assert omega.size == found
+    assert omega[0] == 0.02
+    assert omega[-1] == pytest.approx(20.0)
+    np.testing.assert_allclose(omega / 0.02, np.round(omega / 0.02), rtol=1e-12)
+
+
+def test_a_sum_of_harmonics_takes_one_period_of_the_lowest() -> None:
+    expected = filter_of(SECOND, T)
+    omega = harmonics(0.1, 20.0, 30)
+    schedule = plan("angle", omega, expected, math.radians(1.0))
+    response = multisine(gcf(SECOND), schedule, T, 1)
+    assert response.steps * T == pytest.approx(2.0 * math.pi / 0.1 + schedule.settle, abs=2 * T)
+    decibels, degrees = worst(response.main, expected.respond(omega)[0])
     assert decibels < 0.02
     assert degrees < 0.1
 

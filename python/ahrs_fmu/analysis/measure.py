@@ -156,6 +156,21 @@ def plan(
     )
 
 
+def harmonics(low: float, high: float, points: int) -> Array:
+    """Return multiples of `low` (rad/s) up to `high`, as evenly spread in the logarithm as multiples can be.
+
+    One period of `low` is a whole number of periods of each, so that `multisine` needs no longer. There are
+    `points` of them or a few more, or all if there are fewer.
+    """
+    last = math.floor(high / low + 1e-9)
+    if last <= points:
+        return low * np.arange(1.0, last + 1.0)
+    count = points
+    while (numbers := np.unique(np.round(np.geomspace(1.0, last, count)))).size < points:
+        count += 1
+    return np.asarray(low * numbers, dtype=np.float64)
+
+
 @dataclass(frozen=True, slots=True)
 class FrequencyResponse:
     """A measured response of all axes to the excitation of one."""
@@ -282,8 +297,8 @@ def multisine(
 ) -> FrequencyResponse:
     """Measure all frequencies at once, with the angle of the sum kept as small as that of one sine.
 
-    Faster than `stepped_sine`, and best at an amplitude of a degree: the tones share the amplitude, and
-    what the filter bends of one tone falls on the others. Same parameters.
+    Faster than `stepped_sine`, most of all with `harmonics`, and best at an amplitude of a degree: the tones
+    share the amplitude, and what the filter bends of one tone falls on the others. Same parameters.
     """
     _check(axis, plan, sample_time)
     together = _Tone(plan, sample_time, axis, point or OperatingPoint(), tuple(range(plan.omega.size)))

@@ -21,6 +21,7 @@ from ahrs_fmu.analysis.measure import (
     Excited,
     FrequencyResponse,
     deviation,
+    harmonics,
     multisine,
     plan,
     shared_stepped_sine,
@@ -89,7 +90,7 @@ def bode(
     measure: Annotated[bool, typer.Option("--measure", help="Measure the response by stepping.")] = False,
     axis: Annotated[Literal["roll", "pitch", "yaw"], typer.Option(help="Axis to look at.")] = "roll",
     method: Annotated[
-        Literal["stepped", "multisine"], typer.Option(help="One sine after the other, or all at once.")
+        Literal["stepped", "multisine"], typer.Option(help="One sine after the other, or harmonics at once.")
     ] = "stepped",
     points: Annotated[int, typer.Option(min=2, max=500, help="Number of frequencies.")] = 30,
     low: Annotated[float, typer.Option(help="Lowest frequency [rad/s].")] = 0.02,
@@ -107,7 +108,8 @@ def bode(
     given |= {name: v for name, v in (("kp", kp), ("ki", ki), ("kii", kii)) if v is not None}
     number = AXES.index(axis)
     device = _device(estimator, fmu, given, number)
-    omega = _frequencies(low, high, points, device.sample_time)
+    spread = harmonics if measure and method == "multisine" else np.geomspace
+    omega = spread(*_band(low, high, device.sample_time), points)
     expected = _theory_of(device)
     if expected is None and not measure:
         raise DesignError(f"{device.title} has no gains to draw the theory of on {axis}: add --measure")
@@ -136,13 +138,13 @@ def bode(
     numbers.write_json(_as_json(device, axis, omega, theory, responses, characteristics), json_file)
 
 
-def _frequencies(low: float, high: float, points: int, sample_time: float) -> Array:
+def _band(low: float, high: float, sample_time: float) -> tuple[float, float]:
     if not 0.0 < low < high:
         raise DesignError(f"frequencies from {low:g} to {high:g} rad/s: give positive ones, the lower first")
     if high * sample_time >= math.pi:
         half = math.pi / sample_time
         raise DesignError(f"frequency = {high:g} rad/s: stay below half the sample rate, {half:g} rad/s")
-    return np.geomspace(low, high, points)
+    return low, high
 
 
 def _theory_of(device: Device) -> ComplementaryFilter | None:
