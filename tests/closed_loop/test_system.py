@@ -10,9 +10,9 @@ import pytest
 
 from ahrs_fmu import descriptors
 from ahrs_fmu.cosim.core import CoreStepper
-from ahrs_fmu.cosim.faults import Memoryless
 from ahrs_fmu.cosim.stepper import Array, Port, Stepper
 from ahrs_fmu.cosim.system import System
+from ahrs_fmu.cosim.taps import Memoryless
 from ahrs_fmu.errors import FmuError, ScenarioError, SimulationError
 from loop_fmus import LoopFmus
 

@@ -171,4 +171,5 @@ def _port(descriptor: Descriptor, variable: Variable) -> Port:
         variable.unit,
         () if variable.size == 1 else (variable.size,),
         {item.name: item.value for item in items},
+        variable.type == "boolean",
     )

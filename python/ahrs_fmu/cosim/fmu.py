@@ -69,7 +69,7 @@ class _Variable:
 
     @property
     def port(self) -> Port:
-        return Port(self.unit, self.shape, self.items)
+        return Port(self.unit, self.shape, self.items, self.access == "Boolean")
 
 
 class Fmu:

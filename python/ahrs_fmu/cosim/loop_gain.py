@@ -19,6 +19,7 @@ from scipy.interpolate import CubicSpline
 
 from ahrs_fmu.cosim.stepper import Array
 from ahrs_fmu.cosim.system import System
+from ahrs_fmu.cosim.taps import Memoryless
 from ahrs_fmu.errors import ScenarioError
 
 _LOWEST, _HIGHEST, _POINTS = 2.0, 80.0, 24
@@ -56,31 +57,6 @@ class LoopGain:
     crossover: float
     gain_margin: float
     phase_crossover: float
-
-
-class _Sine:
-    """The disturbance, as a tap."""
-
-    def __init__(self, frequency: float, along: Array) -> None:
-        self._frequency, self._along = frequency, along
-
-    def __call__(self, time: Array, values: Array) -> Array:
-        disturbed: Array = values + self.wave(time)[:, None] * self._along
-        return disturbed
-
-    def wave(self, time: Array) -> Array:
-        """Disturbance (N,) at times (N,)."""
-        wave: Array = np.sin(self._frequency * time)
-        return wave
-
-    def save(self) -> object:
-        return None
-
-    def restore(self, state: None) -> None:
-        pass
-
-    def reset(self) -> None:
-        pass
 
 
 def margins(
@@ -125,16 +101,20 @@ def margins(
 
 
 def _response(system: System, signal: str, disturbance: Array, frequency: float) -> complex:
-    sine = _Sine(frequency, disturbance)
+    def wave(time: Array) -> Array:
+        sine: Array = np.sin(frequency * time)
+        return sine
+
+    disturbed = Memoryless(lambda time, values: values + wave(time)[:, None] * disturbance)
     system.reset()
-    with system.tapped(signal, sine):
+    with system.tapped(signal, disturbed):
         period = 2.0 * np.pi / frequency
         measured = period * max(_PERIODS, np.ceil(_SHORTEST / period))
         recording = system.run(_SETTLING + measured, [signal])
     used = recording.time > _SETTLING
     time = recording.time[used]
     seen = recording[signal][used].reshape(len(time), -1) @ disturbance / float(disturbance @ disturbance)
-    source = seen - sine.wave(time)
+    source = seen - wave(time)
     basis = np.column_stack(
         (np.exp(1j * frequency * time), np.exp(-1j * frequency * time), np.ones_like(time), time)
     )

@@ -12,7 +12,7 @@ from ahrs_fmu.cosim.expectations import MARGINS, Expectation, Verdict, judge
 from ahrs_fmu.cosim.instances import Instances
 from ahrs_fmu.cosim.recording import Recording
 from ahrs_fmu.cosim.scenario import Case, Scenario
-from ahrs_fmu.cosim.stepper import Port, Stepper
+from ahrs_fmu.cosim.stepper import Stepper
 from ahrs_fmu.cosim.system import System
 from ahrs_fmu.errors import ScenarioError, SimulationError
 
@@ -75,19 +75,18 @@ def assemble(case: Case, instances: Instances, folder: Path) -> System:
             parameters = scenario.sensor_parameters() | parameters
         components[name] = instances.open(name, component, parameters, common, folder)
 
-    def port(signal: str) -> Port:
-        component, _, output = signal.partition(".")
-        if component not in components or output not in components[component].outputs:
-            raise ScenarioError(f"faults: there is no signal '{signal}'")
-        return components[component].outputs[output]
-
+    ports = {
+        f"{name}.{output}": port
+        for name, component in components.items()
+        for output, port in component.outputs.items()
+    }
     return System(
         components,
         scenario.connections,
         step=scenario.step,
         drives=scenario.drives,
         start_values=scenario.start_values,
-        taps=faults.taps(scenario.faults, port, scenario.step, case.seed),
+        taps=faults.taps(scenario.faults, ports, scenario.step, case.seed),
         method=scenario.method,
     )
 

@@ -17,7 +17,7 @@ from importlib import resources
 from itertools import product
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 import msgspec
 
@@ -36,6 +36,8 @@ SUFFIX = ".cosim.toml"
 _TEMPLATES = "templates"
 _JOINED = ("connections", "start_values", "record")
 _NAME_OF_FILE_ONLY = ("template", "vary", "seeds")
+_NAMED: Mapping[str, Any] = {"components": Component, "faults": AnyFault, "signals": Derived}
+"""Tables whose keys are names that a user gives."""
 
 
 class Scenario(Data, frozen=True):
@@ -207,7 +209,7 @@ class ScenarioFile:
         try:
             return msgspec.convert(table, Scenario)
         except msgspec.ValidationError as error:
-            raise ScenarioError(f"{self.path.name}: {_in_words(str(error))}") from None
+            raise ScenarioError(f"{self.path.name}: {_entry_error(table) or _in_words(str(error))}") from None
 
 
 class _Head(msgspec.Struct, frozen=True):
@@ -333,6 +335,25 @@ def _put(table: dict[str, Any], name: str, value: object, file: str) -> None:
         if not isinstance(place, dict):
             raise ScenarioError(f"{file}: there is no field '{name}': '{'.'.join(way[: i + 1])}' is no table")
     place[last] = value
+
+
+def _entry_error(table: Mapping[str, Any]) -> str | None:
+    """What is wrong with the first bad entry of a table of named things, with its name.
+
+    msgspec's messages do not name keys of mappings, and not what a `kind` may be.
+    """
+    for key, of in _NAMED.items():
+        entries = table.get(key)
+        for name, entry in entries.items() if isinstance(entries, dict) else ():
+            try:
+                msgspec.convert(entry, of)
+            except msgspec.ValidationError as error:
+                kinds = [str(cls.__struct_config__.tag) for cls in get_args(of)]
+                hint = f"; the kinds are {', '.join(kinds)}" if kinds and "kind`" in str(error) else ""
+                words = _in_words(str(error))
+                joint = "." if "`$" in str(error) else ": "
+                return f"{key}.{name}{joint}{words}{hint}"
+    return None
 
 
 def _in_words(message: str) -> str:

@@ -26,6 +26,8 @@ class Port:
     """Shape of the value; empty for a scalar."""
     items: Mapping[str, int] = field(default_factory=dict)
     """Numbers of an enumeration's items by name."""
+    boolean: bool = False
+    """Whether it is a truth value."""
 
 
 class Stepper(Protocol):

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,27 +20,12 @@ from numpy.typing import ArrayLike
 from ahrs_fmu import units
 from ahrs_fmu.cosim.recording import Recording
 from ahrs_fmu.cosim.stepper import Array, Port, Replayer, Stepper
+from ahrs_fmu.cosim.taps import Tap
 from ahrs_fmu.errors import AhrsError, ScenarioError, SimulationError, UnitError
 
 Method = Literal["gauss-seidel", "jacobi"]
 Signal = Callable[[float], ArrayLike]
 """An input over time: the value that holds during the step that ends at a time in seconds."""
-
-
-class Tap(Protocol):
-    """What becomes of a signal on its way: a fault."""
-
-    def __call__(self, time: Array, values: Array) -> Array:
-        """Return what others see of `values` (N, ...) at the ends (N,) of successive steps, s."""
-
-    def save(self) -> object:
-        """Return what is remembered of earlier steps."""
-
-    def restore(self, state: Any) -> None:
-        """Continue from what `save` returned."""
-
-    def reset(self) -> None:
-        """Forget all steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +139,10 @@ class System:
             name: list(dict.fromkeys(link.output for link in links if link.source == name))
             for name in self.components
         }
+        # A tap sees every sample, whether or not somebody else does: it may tell another tap of it.
+        for component, output in self._taps:
+            if output not in self._read[component]:
+                self._read[component].append(output)
         self._values: dict[tuple[str, str], Array] = {}
         self._steps = 0
 
@@ -397,10 +386,10 @@ class System:
                 given[variable] = np.array([signal(end) for end in time.tolist()], dtype=np.float64)
             try:
                 columns = stepper.replay(given, self._read[name], self.step_size, rows)
+                for output, column in columns.items():
+                    found[name, output] = _through(self._taps.get((name, output), ()), time, column)
             except AhrsError as error:
                 raise SimulationError(f"{name} failed before {time[-1]:.9g} s: {error}") from error
-            for output, column in columns.items():
-                found[name, output] = _through(self._taps.get((name, output), ()), time, column)
         self._values = {key: column[-1] for key, column in found.items()}
         self._steps += rows
         return found

@@ -121,7 +121,8 @@ class ClassStepper:
     def _port(self, variable: Variable) -> Port:
         items = self.descriptor.enumeration_of(variable).items if variable.type == "enumeration" else []
         shape = () if variable.size == 1 else (variable.size,)
-        return Port(variable.unit, shape, {item.name: item.value for item in items})
+        names = {item.name: item.value for item in items}
+        return Port(variable.unit, shape, names, variable.type == "boolean")
 
 
 def load_class_of(folder: Path, source: str) -> type[Component]:
