@@ -58,6 +58,8 @@ class CoreStepper:
         back_end: Literal["c", "numpy"] = "c",
     ) -> None:
         self.descriptor = descriptor
+        self.precision = precision
+        self.back_end = back_end
         given = parameters or {}
         values = {v.name: descriptor.numbers(v, given.get(v.name, v.default)) for v in descriptor.parameters}
         for name in given:

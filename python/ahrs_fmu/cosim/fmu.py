@@ -26,7 +26,9 @@ from ahrs_fmu.records import Record
 Value = bool | float | str | Sequence[float] | NDArray[np.generic]
 """What a parameter can be: a number, a Boolean, the name of an enumeration's item, or an array."""
 
-_ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+(?:,\d+)*)\]")
+ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+(?:,\d+)*)\]")
+"""Name of an element of an array, where variables are scalars."""
+
 _STATUS = ("OK", "warning", "discard", "error", "fatal", "pending")
 _FIRST_BAD_STATUS = 2
 _PROGRESS_ROWS = 500
@@ -503,7 +505,7 @@ def _gathered(description: ModelDescription, version: int) -> list[_Variable]:
     """Join elements such as ``q[1]`` ... ``q[4]``, which FMI 2 has to list one by one."""
     groups: dict[str, list[tuple[tuple[int, ...], ModelVariable]]] = {}
     for variable in description.modelVariables:
-        element = _ELEMENT.fullmatch(variable.name)
+        element = ELEMENT.fullmatch(variable.name)
         name = element["name"] if element else variable.name
         index = tuple(map(int, element["index"].split(","))) if element else ()
         if variable.type in _ACCESS[version]:

@@ -119,6 +119,7 @@ class System:
         if not (np.isfinite(step) and step > 0.0):
             raise ScenarioError(f"step = {step} s; the communication step must be positive")
         self.components = dict(components)
+        self._drives = dict(drives)
         self.step_size = step
         self.method = method
         parsed = [c if isinstance(c, Connection) else Connection.parse(c) for c in connections]
@@ -150,6 +151,21 @@ class System:
     def time(self) -> float:
         """Time that all components have reached, s."""
         return self._steps * self.step_size
+
+    @property
+    def connections(self) -> list[Connection]:
+        """All connections."""
+        return [link.connection for link in self._links]
+
+    @property
+    def drives(self) -> Mapping[str, ArrayLike | Signal]:
+        """Constants and functions of time by the input they drive, ``component.input``."""
+        return MappingProxyType(self._drives)
+
+    @property
+    def tapped_outputs(self) -> list[str]:
+        """The outputs, ``component.output``, that a tap changes."""
+        return [f"{component}.{output}" for (component, output), chain in self._taps.items() if chain]
 
     @property
     def delayed(self) -> list[Connection]:

@@ -37,7 +37,7 @@ class ClassStepper:
     """
 
     def __init__(self, cls: type[Component], parameters: Mapping[str, object]) -> None:
-        self._class, self._parameters = cls, dict(parameters)
+        self.cls, self._parameters = cls, dict(parameters)
         self.descriptor = describe(cls)
         given = {name: self.descriptor.parameter(name) for name in parameters}
         values = {v.name: self.descriptor.numbers(v, v.default) for v in self.descriptor.parameters}
@@ -60,7 +60,8 @@ class ClassStepper:
 
     def get(self, name: str) -> Array:
         """Return a variable as it is now."""
-        self._start()
+        if name in self.outputs:
+            self._start()
         variable = self._variables[name]
         numbers = numbers_of(self.descriptor, variable, getattr(self._instance, name))
         return np.asarray(numbers, dtype=np.float64).reshape(self._port(variable).shape)
@@ -94,7 +95,7 @@ class ClassStepper:
 
     def reset(self) -> None:
         """Begin anew with a new instance."""
-        self._instance = self._class()
+        self._instance = self.cls()
         self._started = False
         for name, value in self._parameters.items():
             setattr(self._instance, name, self._instance.accepted(name, value))

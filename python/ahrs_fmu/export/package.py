@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -14,6 +13,7 @@ from ahrs_fmu.component import describe
 from ahrs_fmu.errors import BuildError, ParameterError
 from ahrs_fmu.estimators.model import FILTERS
 from ahrs_fmu.export import documentation, icon
+from ahrs_fmu.export.archive import write_archive
 from ahrs_fmu.export.binaries import compile_binaries
 from ahrs_fmu.export.model_description import build_description, model_description, terminals_and_icons
 from ahrs_fmu.export.source_code import source_files
@@ -22,10 +22,6 @@ from ahrs_fmu.host_library import Precision
 from ahrs_fmu.serve.resources import FILE, INTERPRETER_FILE, Resources, load_class
 from ahrs_fmu.sources import fmu_src
 from ahrs_fmu.toolchain import host_platform
-
-_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest a ZIP archive can tell
-_MODE = 0o644 << 16
-_UNIX = 3
 
 
 def build_fmu(
@@ -69,7 +65,7 @@ def build_fmu(
     """
     variant = Variant(descriptors.load(model), fmi, precision, backend)
     path = output / variant.folder / f"{variant.descriptor.title}.fmu"
-    _write_archive(path, contents(variant, platforms or [host_platform()]))
+    write_archive(path, contents(variant, platforms or [host_platform()]))
     return path
 
 
@@ -103,7 +99,7 @@ def export_component(
     """
     descriptor = describe(load_class(module, name))
     variant = Variant(descriptor, fmi, backend="python", module=module)
-    _write_archive(output, contents(variant, platforms or [host_platform()]))
+    write_archive(output, contents(variant, platforms or [host_platform()]))
     return output
 
 
@@ -153,16 +149,3 @@ def _licence() -> bytes:
     if not path.is_file():
         raise BuildError("the licence text is missing from this installation: reinstall the package")
     return path.read_bytes()
-
-
-def _write_archive(path: Path, files: Mapping[str, bytes]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(".part")
-    with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for name, data in files.items():
-            entry = zipfile.ZipInfo(name, _TIME)
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = _MODE
-            entry.create_system = _UNIX
-            archive.writestr(entry, data)
-    partial.replace(path)
