@@ -117,7 +117,12 @@ def _print(file: ScenarioFile, outcome: Outcome) -> None:
     )
     if outcome.failure:
         terminal.OUT.print(f"  stopped: {outcome.failure}")
-        return
+    else:
+        print_verdicts(outcome)
+
+
+def print_verdicts(outcome: Outcome) -> None:
+    """Print what was expected, what was measured, and whether it holds."""
     table = terminal.table(["expectation"], ["measured", "limit", "at [s]"])
     table.add_column("verdict")
     for verdict in outcome.verdicts:

@@ -187,7 +187,7 @@ class Verdict:
     def value(self) -> str:
         """The measured value in words; angles in degrees."""
         if math.isnan(self.measured):
-            return "never" if self.measure in _TIMES else "not finite"
+            return "did not happen" if self.measure in _CONDITIONAL else "not finite"
         if math.isinf(self.measured):
             return "never" if self.measure in _TIMES else "unlimited"
         number, unit = self.measured, self.unit

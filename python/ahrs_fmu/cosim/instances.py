@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Any, Literal, Self
 
@@ -61,12 +62,13 @@ class Instances:
 
     Parameters
     ----------
-    build : Path
-        Where FMUs of models are built.
+    build : Path, optional
+        Where FMUs of models are built; by default in a folder that is removed at the end.
     """
 
-    def __init__(self, build: Path = Path("build")) -> None:
-        self._build = build
+    def __init__(self, build: Path | None = None) -> None:
+        self._scratch = TemporaryDirectory(prefix="ahrs-fmu-") if build is None else None
+        self._build = Path(self._scratch.name) if self._scratch is not None else build or Path()
         self._fmus: dict[Path, Fmu] = {}
         self._built: dict[tuple[str, str], Path] = {}
         self._used: dict[tuple[str, Path], FmuStepper] = {}
@@ -126,6 +128,8 @@ class Instances:
             fmu.close()
         self._fmus.clear()
         self._used.clear()
+        if self._scratch is not None:
+            self._scratch.cleanup()
 
     def __enter__(self) -> Self:
         return self

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from ahrs_fmu import quaternion, units
 from ahrs_fmu.cosim.derived import AttitudeDifference, magnitude
-from ahrs_fmu.cosim.expectations import MARGINS, Expectation
+from ahrs_fmu.cosim.expectations import MARGINS, Expectation, Verdict
 from ahrs_fmu.cosim.recording import Recording
 from ahrs_fmu.cosim.running import Outcome
 from ahrs_fmu.cosim.scenario import Scenario
@@ -61,6 +61,7 @@ def run_figure(outcome: Outcome, title: str) -> Figure:
             _draw_attitudes(panels[:3], recording, attitudes)
         for panel, (signal, expectations) in zip(panels[rows - len(signals) :], signals, strict=True):
             _draw_signal(panel, recording, signal, expectations)
+            _annotate(panel, [v for v in outcome.verdicts if v.signal == signal])
         for panel in panels:
             _shade(panel, scenario, float(recording.time[-1]))
         panels[-1].set_xlabel("time [s]")
@@ -117,13 +118,33 @@ def _draw_signal(panel: Axes, recording: Recording, signal: str, expectations: S
     panel.set_ylabel(f"{name} [{shown}]" if shown not in ("", "1") else name)
 
 
+def _annotate(panel: Axes, verdicts: Sequence[Verdict]) -> None:
+    words = [
+        f"{v.clause.replace(f' of {v.signal}', '')}: {v.value} ({v.limit}){'' if v.passed else ' FAILS'}"
+        for v in verdicts
+    ]
+    low, high = panel.get_ylim()
+    # Room at the top keeps the words off the curve.
+    panel.set_ylim(low, high + 0.25 * len(words) * (high - low))
+    panel.annotate(
+        "\n".join(words),
+        (1.0, 1.0),
+        xycoords="axes fraction",
+        xytext=(-3, -1),
+        textcoords="offset points",
+        ha="right",
+        va="top",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+    )
+
+
 def _bounds(
     expectations: Sequence[Expectation], unit: str, end: float
 ) -> Iterator[tuple[float, float, float]]:
     """Where a bound begins and ends, and at what height it is, for those that are a size of the signal."""
     for expectation in expectations:
         bound = expectation.band if expectation.band is not None else expectation.above
-        if expectation.measure in ("rms", "max", "p95", "final"):
+        if expectation.measure in ("max", "p95", "final"):
             bound = expectation.at_most
         if bound is not None:
             yield expectation.from_, min(expectation.until, end), units.quantity(bound, unit)

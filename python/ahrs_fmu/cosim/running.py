@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from ahrs_fmu.cosim import faults, loop_gain
+from ahrs_fmu.cosim import scenario as scenarios
 from ahrs_fmu.cosim.derived import source_of, with_derived
 from ahrs_fmu.cosim.expectations import MARGINS, Expectation, Verdict, judge
 from ahrs_fmu.cosim.instances import Instances
@@ -60,8 +62,15 @@ def assemble(case: Case, instances: Instances, folder: Path) -> System:
     Raises
     ------
     ScenarioError
-        If the components do not fit together.
+        If the components do not fit together; the message names the file.
     """
+    try:
+        return _assembled(case, instances, folder)
+    except ScenarioError as error:
+        raise ScenarioError(f"{case.file}: {error}") from error
+
+
+def _assembled(case: Case, instances: Instances, folder: Path) -> System:
     scenario = case.scenario
     components = _played(scenario, case.seed)
     common = {_SAMPLE_TIME: scenario.step, _SEED: case.seed}
@@ -113,8 +122,14 @@ def run(
     ScenarioError
         If the scenario is wrong: nothing of it depends on what a component does.
     """
+    try:
+        return _run(case, _assembled(case, instances, folder), progress)
+    except ScenarioError as error:
+        raise ScenarioError(f"{case.file}: {error}") from error
+
+
+def _run(case: Case, system: System, progress: Callable[[int], None] | None) -> Outcome:
     scenario = case.scenario
-    system = assemble(case, instances, folder)
     wanted = signals_of(scenario)
     try:
         recording = system.run(scenario.duration, wanted, progress)
@@ -135,6 +150,31 @@ def run(
         for expectation in scenario.expect
     ]
     return Outcome(case, recording, verdicts)
+
+
+def run_file(
+    path: str | Path,
+    changes: Mapping[str, object] = MappingProxyType({}),
+    seeds: Sequence[int] | None = None,
+) -> list[Outcome]:
+    """Run all cases of a scenario file.
+
+    Parameters
+    ----------
+    path : str or Path
+    changes : mapping of str to value, optional
+        Fields by their dotted names, such as ``components.estimator.model``.
+    seeds : sequence of int, optional
+        Instead of those of the file.
+
+    Raises
+    ------
+    ScenarioError
+        If the file or a change is wrong.
+    """
+    file = scenarios.read(path)
+    with Instances() as instances:
+        return [run(case, instances, file.path.parent) for case in file.cases(changes, seeds)]
 
 
 def signals_of(scenario: Scenario) -> list[str]:

@@ -20,6 +20,7 @@ from types import MappingProxyType
 from typing import Annotated, Any, get_args
 
 import msgspec
+import numpy as np
 
 from ahrs_fmu import sensors
 from ahrs_fmu.cosim.derived import Derived
@@ -128,11 +129,14 @@ class Case:
     seed : int
     changes : mapping of str to value
         What differs from the file, by dotted name.
+    file : str
+        Name of the file, for messages.
     """
 
     scenario: Scenario
     seed: int
     changes: Mapping[str, object] = field(default_factory=dict)
+    file: str = "scenario"
 
     @property
     def label(self) -> str:
@@ -185,7 +189,18 @@ class ScenarioFile:
             differing = {**changes, **dict(zip(varied, values, strict=True))}
             scenario = self.scenario(differing)
             for seed in self.seeds if seeds is None else seeds:
-                yield Case(scenario, seed, differing)
+                yield Case(scenario, seed, differing, self.path.name)
+
+    def case(self, changes: Mapping[str, object] = MappingProxyType({}), seed: int | None = None) -> Case:
+        """One case; the seed is the first of the file unless it is given.
+
+        Raises
+        ------
+        ScenarioError
+            If a change does not fit.
+        """
+        seed = self.seeds[0] if seed is None else seed
+        return Case(self.scenario(changes), seed, dict(changes), self.path.name)
 
     def computed_by(self, via: Via) -> ScenarioFile:
         """Return the same file with all models of this package computed by something else."""
@@ -334,7 +349,8 @@ def _put(table: dict[str, Any], name: str, value: object, file: str) -> None:
             place = place.setdefault(part, {})
         if not isinstance(place, dict):
             raise ScenarioError(f"{file}: there is no field '{name}': '{'.'.join(way[: i + 1])}' is no table")
-    place[last] = value
+    # Numbers of a script may be numpy's.
+    place[last] = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def _entry_error(table: Mapping[str, Any]) -> str | None:

@@ -1,0 +1,91 @@
+"""The command ``ahrs-fmu cosim`` as a person uses it."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ahrs_fmu.cli import main
+
+SCENARIO = """
+template = "estimation"
+duration = 10.0
+[[expect]]
+signal = "attitude_error.total"
+measure = "rms"
+at_most = "6 deg"
+"""
+
+
+@pytest.fixture(autouse=True)
+def workplace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with one scenario."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rest.cosim.toml").write_text(SCENARIO)
+    return tmp_path
+
+
+def test_it_prints_a_table_of_verdicts_and_draws(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["cosim", "rest.cosim.toml", "--plot"]) == 0
+    text = capsys.readouterr().out
+    assert "rest seed=1: 10 s, " in text
+    assert "rms of attitude_error.total" in text
+    assert "holds" in text
+    assert Path("build/cosim/rest-seed=1.png").stat().st_size > 10_000
+
+
+def test_a_clause_that_fails_gives_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
+    limit = "expect=[{signal='attitude_error.total', measure='max', at_most='0.001 deg'}]"
+    assert main(["cosim", "rest.cosim.toml", "--set", limit]) == 1
+    assert "FAILS" in capsys.readouterr().out
+
+
+def test_settings_seeds_and_files_of_results(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = [
+        "--set",
+        "components.estimator.model=mekf",
+        "--set",
+        "duration=5",
+        "--seed",
+        "3",
+        "--seed",
+        "4",
+    ]
+    assert main(["cosim", "rest.cosim.toml", *arguments, "--record", "a.csv", "--json", "a.json"]) == 0
+    assert "rest estimator=mekf-duration=5-seed=4: 5 s" in capsys.readouterr().out
+    runs = json.loads(Path("a.json").read_text())["runs"]
+    assert [run["case"].rpartition("-")[2] for run in runs] == ["seed=3", "seed=4"]
+    assert runs[0]["verdicts"][0]["measured"] < np.radians(6.0)
+    assert len(Path("a.csv").read_text().splitlines()) == 501
+
+
+@pytest.mark.parametrize("via", ["c", "single", "numpy", "fmu2", "fmu3", "fmu3-scalar"])
+def test_every_way_of_computing_gives_the_verdict(via: str, capsys: pytest.CaptureFixture[str]) -> None:
+    numpy_only = ["--set", "components.estimator.via=numpy"]
+    arguments = numpy_only if via == "numpy" else ["--via", via]
+    assert main(["cosim", "rest.cosim.toml", "--set", "duration=2", *arguments]) == 0
+    assert "holds" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["none.cosim.toml"], "none.cosim.toml: No such file"),
+        (["rest.cosim.toml", "--set", "durations=5"], "rest.cosim.toml: .*unknown field `durations`"),
+        (["rest.cosim.toml", "--set", "components.estimator.model=gfc"], "no model 'gfc'"),
+        (["rest.cosim.toml", "--via", "fmu4"], "'fmu4' is not one of"),
+        (["rest.cosim.toml", "--via", "numpy"], "components.imu: .*numpy"),
+        (["rest.cosim.toml", "--record", "a.txt"], "ends in .csv or .parquet"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(
+    arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["cosim", *arguments]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert re.search(words, lines[0])
