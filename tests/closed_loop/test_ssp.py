@@ -22,6 +22,7 @@ from ahrs_fmu.cosim import running, scenario
 from ahrs_fmu.cosim.core import CoreStepper
 from ahrs_fmu.cosim.faults import Memoryless
 from ahrs_fmu.cosim.instances import Instances
+from ahrs_fmu.cosim.playback import Playback
 from ahrs_fmu.cosim.ssp import read_ssp, write_ssp
 from ahrs_fmu.cosim.stepper import Array, Port, Stepper
 from ahrs_fmu.cosim.system import System
@@ -185,6 +186,9 @@ class Smoother(Component):
     rate = Input(size=3, unit="rad/s")
     smooth = Output(size=3, unit="rad/s")
 
+    def initialise(self):
+        self.smooth = self.rate + 1.0
+
     def update(self, dt):
         self.smooth = self.smooth + self.crossover * dt * (self.rate - self.smooth)
 """
@@ -209,8 +213,8 @@ def test_a_scenario_becomes_a_package_whose_inputs_are_manoeuvre_and_wind(tmp_pa
     (tmp_path / "smoother.py").write_text(SMOOTHER)
     (case,) = scenario.parse(SCENARIO, tmp_path / "flight.cosim.toml").cases()
     with Instances(tmp_path) as instances:
-        write_ssp(running.assemble(case, instances, tmp_path), tmp_path / "flight.ssp")
         system = running.assemble(case, instances, tmp_path)
+        write_ssp(system, tmp_path / "flight.ssp")
         given = (
             "manoeuvre.q_ref",
             "manoeuvre.rate_ref",
@@ -548,6 +552,16 @@ def test_names_and_taps_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     start_values = [f"my gcf.{name}" for name in gcf.inputs]
     with pytest.raises(ScenarioError, match=r"component 'my gcf': a name in a package has letters, digits"):
         write_ssp(System({"my gcf": gcf}, (), step=0.01, start_values=start_values), tmp_path / "a.ssp")
+    one = np.zeros((2, 3))
+    parts: dict[str, Stepper] = {
+        "a": Playback({"b_c": one}, {"b_c": "rad/s"}, 0.01),
+        "a_b": Playback({"c": one}, {"c": "m/s2"}, 0.01),
+        "gcf": gcf,
+    }
+    start_values = ["gcf.mag", "gcf.accel_valid", "gcf.mag_valid"]
+    clash = System(parts, ["a.b_c -> gcf.gyro", "a_b.c -> gcf.accel"], step=0.01, start_values=start_values)
+    with pytest.raises(ScenarioError, match=r"a_b.c and a.b_c would both be 'a_b_c': rename a component"):
+        write_ssp(clash, tmp_path / "a.ssp")
     tapped = loop(cores(), taps={"imu.gyro": [Memoryless(lambda _, values: values)]})
     with pytest.raises(
         ScenarioError, match=r"imu.gyro has a tap, which an SSP package cannot hold: leave it out"
