@@ -172,6 +172,27 @@ def test_explain_says_what_the_gains_do(capsys: pytest.CaptureFixture[str]) -> N
 
 
 @pytest.mark.parametrize(
+    ("estimator", "words"),
+    [
+        ("complementary", "Complementary: kp = 0.58 rad/s; 100 Hz"),
+        ("mahony", "Mahony: kp = 1 rad/s, ki = 0.1 rad2/s2; 100 Hz"),
+        ("mahony_ekf", "to second order and low-pass 5.02 rad/s: kp = 1.017 rad/s"),
+        ("improved_ekf", "to first order: kp = 4.876 rad/s"),
+        ("adaptive_ckf", "within 2 dB to first order"),
+        ("mekf", "to second order: kp = 0.4335 rad/s, ki = 0.08897 rad2/s2"),
+        ("kcf", "to low-pass of second order: natural frequency 0.4029 rad/s"),
+    ],
+)
+def test_explain_speaks_of_every_estimator(
+    estimator: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = said(capsys, "explain", estimator)
+    assert words in text
+    for topic in ("crossover", "settling", "gyro bias", "tilt per 1 m/s2", "stability", "predicted error"):
+        assert topic in text
+
+
+@pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("bode", "--kp", "500"), "kp*sample_time < 1"),
@@ -195,6 +216,12 @@ def test_explain_says_what_the_gains_do(capsys: pytest.CaptureFixture[str]) -> N
         (("allan", "nowhere.csv"), "nowhere.csv"),
         (("explain", "gcf", "--set", "ki=1e6"), "ki*sample_time*sample_time"),
         (("explain", "nothing"), "no model 'nothing'"),
+        (
+            ("explain", "strapdown"),
+            "Strapdown: the estimate does not answer to accelerometer and magnetometer",
+        ),
+        (("explain", "quadrotor"), "Quadrotor: no variable gyro, accel, mag"),
+        (("explain", "mekf", "--set", "kp=1"), "no parameter 'kp'"),
     ],
 )
 def test_wrong_options_are_refused_in_one_line(

@@ -120,7 +120,7 @@ def test_tilt_of_the_kcf_is_a_butterworth_filter_in_the_frame_of_the_gyro(profil
 def test_nearest_filter_of_the_kcf_is_a_low_pass_with_the_corner_of_its_time_constant() -> None:
     found = nearest("kcf")
     assert isinstance(found.law, LowPass)
-    assert found.form == "second order low-pass"
+    assert found.form == "low-pass of second order"
     assert found.law.natural_frequency == pytest.approx(math.sqrt(2.0) / TILT_TIME["hand"], rel=0.01)
     assert found.law.damping == pytest.approx(math.sqrt(0.5), rel=0.04)
     assert found.mismatch_db < 0.15

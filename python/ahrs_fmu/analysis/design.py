@@ -23,6 +23,7 @@ from ahrs_fmu.analysis.theory import (
     STANDARD_GRAVITY,
     ComplementaryFilter,
     Gains,
+    Law,
     filter_of,
     noise_power,
 )
@@ -224,13 +225,13 @@ def motion_band(rms: float, low: float, high: float) -> Motion:
 
 
 def predict_rms(
-    gains: Gains, noise: Noise, sample_time: float | None = None, motion: Motion | None = None
+    law: Law, noise: Noise, sample_time: float | None = None, motion: Motion | None = None
 ) -> ErrorBudget:
     """Predict the RMS error of one axis whose error has unit gain.
 
     Parameters
     ----------
-    gains : Gains
+    law : Gains or LowPass
     noise : Noise
     sample_time : float, optional
         Seconds, for the exact sampled filter; None for the continuous one.
@@ -242,8 +243,8 @@ def predict_rms(
     ErrorBudget
         Infinite where a bias walk meets a filter without integral gain, or the filter is unstable.
     """
-    gyro, walk, angle = _unit_variances(gains, sample_time)
-    disturbance = motion.variance(filter_of(gains, sample_time)) if motion else 0.0
+    gyro, walk, angle = _unit_variances(law, sample_time)
+    disturbance = motion.variance(filter_of(law, sample_time)) if motion else 0.0
     variances = (
         noise.gyro**2 * gyro,
         noise.bias_walk**2 * walk if noise.bias_walk else 0.0,
@@ -407,9 +408,9 @@ def _crossover_of(shape: Gains) -> float:
     return math.sqrt(max(x.real for x in squares if abs(x.imag) <= 1e-9 * abs(x)))
 
 
-def _unit_variances(gains: Gains, sample_time: float | None) -> tuple[float, float, float]:
+def _unit_variances(law: Law, sample_time: float | None) -> tuple[float, float, float]:
     """Return the variances for unit densities of gyro noise, bias walk and angle noise."""
-    filter_ = filter_of(gains, sample_time)
+    filter_ = filter_of(law, sample_time)
     num, den = systems.fraction(filter_.g_rate)
     if sample_time is None:
         walk = systems.transfer_function(num, np.append(den, 0.0), None)

@@ -57,10 +57,9 @@ class Equivalent:
     @property
     def form(self) -> str:
         """The form of the filter in words."""
-        order = "first" if self.law.order == 1 else "second"
-        low_pass = " low-pass" if isinstance(self.law, LowPass) else ""
-        behind = "" if self.lag is None else f" and low-pass {self.lag:.3g} rad/s"
-        return f"{order} order{low_pass}{behind}"
+        order = "first order" if self.law.order == 1 else "second order"
+        name = f"low-pass of {order}" if isinstance(self.law, LowPass) else order
+        return name if self.lag is None else f"{name} and low-pass {self.lag:.3g} rad/s"
 
     def respond(self, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """Return G_A and G_B of the nearest filter at `omega` rad/s, the low-pass behind it included.
@@ -92,7 +91,10 @@ def equivalent(response: FrequencyResponse, sample_time: float) -> Equivalent:
         The estimator does not answer on the excited axis.
     """
     if np.max(np.abs(response.main)) < 1e-6:
-        raise DesignError("the estimator does not answer to the excitation: it has no equivalent filter")
+        raise DesignError(
+            "the estimate does not answer to accelerometer and magnetometer on this axis, so it has no "
+            "crossover: take another axis, or ahrs-fmu allan for the error of the gyro alone"
+        )
     nearest = _with_gains(response, sample_time, lagged=False)
     if nearest.mismatch_db < _ROUGH:
         return nearest

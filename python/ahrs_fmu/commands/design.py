@@ -24,12 +24,16 @@ from ahrs_fmu.analysis.design import (
     predict_rms,
     sensitivity,
 )
-from ahrs_fmu.analysis.explain import explain as explain_gains
+from ahrs_fmu.analysis.equivalent import Equivalent, small_signal
+from ahrs_fmu.analysis.explain import Explanation
+from ahrs_fmu.analysis.explain import explain as explain_law
 from ahrs_fmu.analysis.plots import allan_figure, error_figure
 from ahrs_fmu.analysis.quantity import as_json, rows
 from ahrs_fmu.analysis.sensor_noise import DIP, FIELD, RecordedNoise, noise_of_imu, noise_of_record
 from ahrs_fmu.analysis.theory import Gains, characterise, describe, filter_of
 from ahrs_fmu.commands import numbers, terminal
+from ahrs_fmu.cosim.core import CoreStepper
+from ahrs_fmu.descriptors import Descriptor
 from ahrs_fmu.errors import DesignError
 
 DESIGN_EXAMPLES = """
@@ -51,10 +55,13 @@ EXPLAIN_EXAMPLES = """
 Examples:
   ahrs-fmu explain gcf
   ahrs-fmu explain gcf --set kp=1 --set ki=0.2 --sensor adis16405
+  ahrs-fmu explain mekf                  the filter that a Kalman filter amounts to
 """
 
 _RATE = 100.0
 _CURVE_POINTS = 60
+_ERRORS: dict[str, ErrorKind] = {"gcf": "decoupled", "mahony": "decoupled", "complementary": "attitude"}
+"""How the filters whose parameters are the gains of the theory form their error, by default."""
 _JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers.")]
 _Save = Annotated[bool, typer.Option("--save", help="Draw a picture as PNG and SVG.")]
 _Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for the pictures.")]
@@ -136,50 +143,36 @@ def allan(
 
 
 def explain(
-    estimator: Annotated[str, typer.Argument(help="A filter with gains.")] = "gcf",
+    estimator: Annotated[str, typer.Argument(help="An estimator.")] = "gcf",
     settings: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="A parameter of the filter; may be repeated."),
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter of the estimator; may be repeated."),
     ] = None,
     sensor: Annotated[str, typer.Option(help="Sensor that the errors are predicted for.")] = "mpu9250",
     json_file: _JsonFile = None,
 ) -> None:
-    """Say in plain words what the gains of a filter do."""
+    """Say in plain words what an estimator does: its gains, or those it amounts to."""
     descriptor = descriptors.load(estimator)
     given = terminal.assignments(settings or [], "--set")
-    values = {p.name: descriptor.numbers(p, given.get(p.name, p.default)) for p in descriptor.parameters}
-    for name in given:
-        descriptor.parameter(name)
-    if "kp" not in values:
-        raise DesignError(
-            f"{descriptor.title} has no gains to explain: try ahrs-fmu bode --estimator {estimator} --measure"
-        )
-    descriptor.check(values)
-
-    def number(name: str) -> float:
-        return values[name][0] if name in values else 0.0
-
-    gains, kind = Gains(number("kp"), number("ki"), number("kii")), _kind(number("form"), number("error"))
-    compensates = number("motion_compensation") > 0.0
-    told = explain_gains(
-        gains.scaled(number("kg") + number("kh")) if kind == "coupled" else gains,
-        number("sample_time"),
-        _sensor(sensor, None, number("sample_time")),
-        kind,
-        number("motion_time_constant") if compensates else None,
-    )
+    core = CoreStepper(descriptor, given)
+    noisy = _sensor(sensor, None, core.sample_time)
+    if estimator in _ERRORS:
+        told = _explain_gains(descriptor, core, noisy)
+        source = ""
+    else:
+        near = _measured(descriptor, core)
+        told = explain_law(near.law, core.sample_time, noisy, kind=None, lag=near.lag)
+        source = f" on pitch amounts within {max(near.mismatch_db, 1e-3):.1g} dB to {near.form}"
     terminal.OUT.print(
-        f"{descriptor.title}: {describe(gains)}, {1.0 / number('sample_time'):.4g} Hz, {sensor}"
+        f"{descriptor.title}{source}: {describe(told.law)}; {1.0 / core.sample_time:.4g} Hz, {sensor}"
     )
-    if kind == "coupled":
-        terminal.warn("the coupled error acts on pitch with kg + kh, as shown, on the other axes with less")
     shown = terminal.table(["", "", "what it means"])
     for finding in told.findings:
         shown.add_row(finding.topic, finding.value, finding.meaning)
     terminal.OUT.print(shown, soft_wrap=False)
     data: dict[str, object] = {
         "estimator": estimator,
-        "gains": asdict(gains),
+        "law": asdict(told.law),
         "characteristics": as_json(told.characteristics),
         "findings": [asdict(f) for f in told.findings],
     }
@@ -188,10 +181,30 @@ def explain(
     numbers.write_json(data, json_file)
 
 
-def _kind(form: float, error: float) -> ErrorKind:
-    if form > 0.0:
-        return "attitude"
-    return "coupled" if error > 0.0 else "decoupled"
+def _explain_gains(descriptor: Descriptor, core: CoreStepper, noisy: SensorNoise | None) -> Explanation:
+    """Explain a filter whose parameters are the gains of the theory."""
+    known = {p.name for p in descriptor.parameters}
+
+    def number(name: str) -> float:
+        return float(core.get(name)) if name in known else 0.0
+
+    gains, kind = Gains(number("kp"), number("ki"), number("kii")), _ERRORS[descriptor.name]
+    if number("form") > 0.0:
+        kind = "attitude"
+    elif number("error") > 0.0:
+        kind = "coupled"
+        gains = gains.scaled(number("kg") + number("kh"))
+        terminal.warn("the coupled error acts on pitch with kg + kh, as shown, on the other axes with less")
+    compensates = number("motion_compensation") > 0.0
+    time_constant = number("motion_time_constant") if compensates else None
+    return explain_law(gains, core.sample_time, noisy, kind, time_constant)
+
+
+def _measured(descriptor: Descriptor, core: CoreStepper) -> Equivalent:
+    try:
+        return small_signal(core, core.sample_time)
+    except DesignError as error:
+        raise DesignError(f"{descriptor.title}: {error}") from None
 
 
 def _sensor(name: str | None, densities: str | None, sample_time: float) -> SensorNoise | None:
