@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -61,6 +62,12 @@ def test_settings_seeds_and_files_of_results(capsys: pytest.CaptureFixture[str])
     assert [run["case"].rpartition("-")[2] for run in runs] == ["seed=3", "seed=4"]
     assert runs[0]["verdicts"][0]["measured"] < np.radians(6.0)
     assert len(Path("a.csv").read_text().splitlines()) == 501
+
+
+def test_the_system_can_be_written_as_a_package(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["cosim", "rest.cosim.toml", "--set", "duration=1", "--ssp", "rest.ssp"]) == 0
+    assert "written: rest.ssp" in capsys.readouterr().out
+    assert {"SystemStructure.ssd", "resources/GCF.fmu"} <= set(ZipFile("rest.ssp").namelist())
 
 
 @pytest.mark.parametrize("via", ["c", "single", "numpy", "fmu2", "fmu3", "fmu3-scalar"])

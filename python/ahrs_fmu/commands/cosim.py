@@ -17,12 +17,14 @@ from ahrs_fmu.cosim.instances import Instances, Via
 from ahrs_fmu.cosim.plots import run_figure
 from ahrs_fmu.cosim.running import Outcome
 from ahrs_fmu.cosim.scenario import Case, ScenarioFile
+from ahrs_fmu.cosim.ssp import write_ssp
 from ahrs_fmu.errors import ScenarioError
 
 EXAMPLES = """
 Examples:
   ahrs-fmu cosim gust.cosim.toml --plot          run, judge, draw
   ahrs-fmu cosim gust.cosim.toml --via fmu3      every model as an FMI 3 FMU
+  ahrs-fmu cosim gust.cosim.toml --ssp gust.ssp  also as one file for other tools
   ahrs-fmu cosim gust.cosim.toml --seed 7 --set components.estimator.model=kcf
 
 docs/cosim.md describes the files; pytest runs them too.
@@ -43,6 +45,9 @@ def cosim(
     show: Annotated[bool, typer.Option("--open", help="Draw, and open the pictures.")] = False,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the signals of the last run: .csv or .parquet.")
+    ] = None,
+    ssp: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the system of the last case as an SSP package.")
     ] = None,
     json: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the verdicts as JSON.")] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for FMUs and plots.")] = Path(
@@ -68,6 +73,8 @@ def cosim(
                     _draw(file, outcome, output, show)
                 if record is not None:
                     _write(outcome, record)
+                if ssp is not None:
+                    _package(file, case, instances, ssp)
                 good = good and outcome.passed
                 results.append(summary(file.name, outcome))
     write_json({"runs": results}, json)
@@ -142,6 +149,12 @@ def _draw(file: ScenarioFile, outcome: Outcome, output: Path, show: bool) -> Non
         terminal.OUT.print(f"plot: {picture}")
     if show:
         typer.launch(str(output / "cosim" / f"{stem}.png"))
+
+
+def _package(file: ScenarioFile, case: Case, instances: Instances, path: Path) -> None:
+    system = running.assemble(case, instances, file.path.parent)
+    write_ssp(system, path, stop_time=case.scenario.duration)
+    terminal.OUT.print(f"written: {path}")
 
 
 def _write(outcome: Outcome, path: Path) -> None:

@@ -35,6 +35,8 @@ from ahrs_fmu.trajectories import Data, Positive
 SUFFIX = ".cosim.toml"
 
 _TEMPLATES = "templates"
+_LONGEST_VALUE = 24
+"""Of a label, characters."""
 _JOINED = ("connections", "start_values", "record")
 _NAME_OF_FILE_ONLY = ("template", "vary", "seeds")
 _NAMED: Mapping[str, Any] = {"components": Component, "faults": AnyFault, "signals": Derived}
@@ -306,7 +308,8 @@ def _short(name: str, among: Mapping[str, object]) -> str:
 def _value_in_words(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
-    return str(value).replace(" ", "")
+    text = str(value).replace(" ", "")
+    return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}…"
 
 
 def _template(name: str, file: str) -> dict[str, Any]:
