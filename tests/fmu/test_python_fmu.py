@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import gc
 import os
 import re
@@ -24,7 +25,7 @@ from troublesome import DEEDS, Troublesome
 
 from ahrs_fmu import descriptors
 from ahrs_fmu.errors import BuildError, DescriptorError, ParameterError
-from ahrs_fmu.estimators.model import NumpyModel
+from ahrs_fmu.estimators.model import FILTERS, NumpyModel
 from ahrs_fmu.export.package import build_fmu, export_component
 from ahrs_fmu.export.source_code import fmi_headers
 from ahrs_fmu.export.validate import validate_fmu
@@ -67,18 +68,25 @@ def no_child_is_left() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def gcf(build_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Library]:
-    loaded: dict[str, Library] = {}
+def of_model(build_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], Library]:
+    """The FMU of an estimator's numpy class."""
+    loaded: dict[tuple[str, str], Library] = {}
 
-    def library(fmi: str) -> Library:
-        if fmi not in loaded:
-            path = build_fmu("gcf", fmi=fmi, backend="python", output=build_folder)
-            assert path == build_folder / "python" / f"fmi{fmi}" / "GCF.fmu"
-            loaded[fmi] = Library(path, tmp_path_factory.mktemp("a folder äöü%41"))
-            loaded[fmi].path = path
-        return loaded[fmi]
+    def library(model: str, fmi: str) -> Library:
+        if (model, fmi) not in loaded:
+            path = build_fmu(model, fmi=fmi, backend="python", output=build_folder)
+            title = descriptors.load(model).title
+            assert path == build_folder / "python" / f"fmi{fmi}" / f"{title}.fmu"
+            loaded[model, fmi] = Library(path, tmp_path_factory.mktemp("a folder äöü%41"))
+            loaded[model, fmi].path = path
+        return loaded[model, fmi]
 
     return library
+
+
+@pytest.fixture(scope="session")
+def gcf(of_model: Callable[[str, str], Library]) -> Callable[[str], Library]:
+    return functools.partial(of_model, "gcf")
 
 
 @pytest.fixture(scope="session")
@@ -107,9 +115,9 @@ def do(instance: Instance, deed: str) -> None:
     assert instance.set("deed", DEEDS.index(deed)) == OK
 
 
-def numpy_attitudes(rows: Rows) -> Rows:
+def numpy_attitudes(rows: Rows, name: str = "gcf") -> Rows:
     """What the numpy class gives in this process, row by row."""
-    model = NumpyModel(descriptors.load("gcf"))
+    model = NumpyModel(descriptors.load(name))
     found = []
     for k, row in enumerate(rows):
         for name, columns in (("gyro", row[:3]), ("accel", row[3:6]), ("mag", row[6:])):
@@ -145,8 +153,17 @@ def test_the_fmu_gives_the_bits_of_the_numpy_class(
     np.testing.assert_array_equal(found, numpy_attitudes(rows[:200]))
 
 
+# Each FMU is compiled, and each child imports numpy: two estimators by default, all of them when slow.
+ESTIMATORS = [
+    pytest.param(name, marks=() if name in ("gcf", "mekf") else pytest.mark.slow) for name in sorted(FILTERS)
+]
+
+
 @pytest.mark.parametrize("fmi", ["2", "3"])
-def test_fmpy_gets_the_bits_of_the_numpy_class(fmi: str, gcf: Callable[[str], Library], rows: Rows) -> None:
+@pytest.mark.parametrize("model", ESTIMATORS)
+def test_fmpy_gets_the_bits_of_the_numpy_class(
+    model: str, fmi: str, of_model: Callable[[str, str], Library], rows: Rows
+) -> None:
     n = 100
     scalars = [(f"{name}[{i}]", np.float64) for name in ("gyro", "accel", "mag") for i in (1, 2, 3)]
     arrays = [(name, np.float64, (3,)) for name in ("gyro", "accel", "mag")]
@@ -156,7 +173,7 @@ def test_fmpy_gets_the_bits_of_the_numpy_class(fmi: str, gcf: Callable[[str], Li
         signals[name] = rows[:n, i] if fmi == "2" else rows[:n, 3 * i : 3 * i + 3]
     names = [f"q[{i}]" for i in (1, 2, 3, 4)] if fmi == "2" else ["q"]
     result = fmpy.simulate_fmu(
-        str(gcf(fmi).path),
+        str(of_model(model, fmi).path),
         input=signals,
         output=names,
         stop_time=(n - 1) * 0.01,
@@ -166,7 +183,7 @@ def test_fmpy_gets_the_bits_of_the_numpy_class(fmi: str, gcf: Callable[[str], Li
     q = np.stack([result[name] for name in names], axis=-1).reshape(len(result), 4)
     # FMPy sets the inputs of time t and then steps from t: the row of the initialisation counts twice.
     delayed = rows[[0, *range(n - 1)]]
-    np.testing.assert_array_equal(q, numpy_attitudes(delayed)[: len(q)])
+    np.testing.assert_array_equal(q, numpy_attitudes(delayed, model)[: len(q)])
 
 
 @pytest.fixture(scope="session")
@@ -200,12 +217,14 @@ def host_command(program: Path, library: Library, rows: Rows, folder: Path) -> l
 
 
 @pytest.mark.parametrize("fmi", ["2", "3"])
+@pytest.mark.parametrize("model", ESTIMATORS)
 def test_a_host_in_c_gets_the_bits_of_the_numpy_class(
-    fmi: str, gcf: Callable[[str], Library], c_host: Path, rows: Rows, tmp_path: Path
+    model: str, fmi: str, of_model: Callable[[str, str], Library], c_host: Path, rows: Rows, tmp_path: Path
 ) -> None:
-    subprocess.run(host_command(c_host, gcf(fmi), rows[:200], tmp_path), check=True, timeout=120)
+    command = host_command(c_host, of_model(model, fmi), rows[:200], tmp_path)
+    subprocess.run(command, check=True, timeout=120)
     q = np.fromfile(tmp_path / "q").reshape(-1, 4)
-    np.testing.assert_array_equal(q, numpy_attitudes(rows[:200]))
+    np.testing.assert_array_equal(q, numpy_attitudes(rows[:200], model))
 
 
 def test_valgrind_finds_nothing_in_the_library(

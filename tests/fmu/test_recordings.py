@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ahrs_fmu import records
+from ahrs_fmu import models, records, scenarios
 from ahrs_fmu.replay import Replay, Via
 
 THROUGH_FMUS: tuple[Via, ...] = ("fmu2", "fmu3", "fmu3-scalar")
+ROTATED: dict[str, Via] = {"mekf": "fmu2", "ukf": "fmu3", "cg_ekf": "fmu3-scalar"}
+"""What is run by default: each FMU takes seconds to compile. GCF has tests of its own."""
 
 
 def check(recordings: Sequence[Path], via: Via, build: Path) -> None:
@@ -41,3 +43,20 @@ def test_all_recordings_replayed_through_an_fmu_give_the_bits_of_the_core(
     recordings = sorted(broad_dir.glob("*.mat"))
     assert len(recordings) == 15
     check(recordings, via, tmp_path)
+
+
+EVERY_ESTIMATOR = [
+    pytest.param(name, via, marks=() if ROTATED.get(name) == via else pytest.mark.slow)
+    for name in sorted(models.BY_NAME)
+    for via in THROUGH_FMUS
+]
+
+
+@pytest.mark.parametrize(("name", "via"), EVERY_ESTIMATOR)
+def test_the_fmu_of_every_estimator_gives_the_bits_of_its_core(name: str, via: Via, tmp_path: Path) -> None:
+    core, fmu = Replay(name, {}, "c"), Replay(name, {}, via, tmp_path)
+    for experiment in ("ac/swing", "gc/circ"):
+        record = scenarios.load(experiment).rows(0, 700)
+        expected, found = core.run(record), fmu.run(record)
+        for output in ("q", "euler", "rate", "gyro_bias", "motion_accel", "attitude_std", "status"):
+            np.testing.assert_array_equal(getattr(found, output), getattr(expected, output), err_msg=output)

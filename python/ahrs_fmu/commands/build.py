@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -76,6 +77,8 @@ def build(
             shown.add_row(str(path), version, ", ".join(targets), f"{size:.0f}")
             progress.advance(task)
     terminal.OUT.print(shown)
+    if backend == "python":
+        terminal.OUT.print(f"they need Python with ahrs-fmu: {sys.executable}, or what AHRS_FMU_PYTHON names")
 
 
 def targets_of(names: list[str]) -> list[str]:

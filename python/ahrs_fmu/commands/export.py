@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -39,11 +40,9 @@ def export(
     file, _, name = source.rpartition(":")
     if not file or not name.isidentifier():
         raise typer.BadParameter(f"'{source}' is not of the form FILE:CLASS, such as my_filter.py:MyFilter")
-    path = export_component(
-        Path(file),
-        name,
-        fmi=fmi,
-        platforms=targets_of(platforms or ["host"]),
-        output=output or Path(f"{name}.fmu"),
-    )
+    path = output or Path(f"{name}.fmu")
+    if path.suffix != ".fmu":
+        raise typer.BadParameter(f"'{path}': the name of an FMU ends with .fmu", param_hint="--output")
+    export_component(Path(file), name, fmi=fmi, platforms=targets_of(platforms or ["host"]), output=path)
     terminal.OUT.print(f"{path}: {path.stat().st_size / 1000.0:.0f} kB, FMI {fmi}")
+    terminal.OUT.print(f"it needs Python with ahrs-fmu: {sys.executable}, or what AHRS_FMU_PYTHON names")

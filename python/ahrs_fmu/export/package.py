@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
 
 from ahrs_fmu import descriptors
-from ahrs_fmu.component import describe
-from ahrs_fmu.errors import BuildError, ParameterError
+from ahrs_fmu.component import Component, describe
+from ahrs_fmu.errors import AhrsError, BuildError, DescriptorError, ParameterError
 from ahrs_fmu.estimators.model import FILTERS
 from ahrs_fmu.export import documentation, icon
 from ahrs_fmu.export.archive import write_archive
@@ -93,14 +94,34 @@ def export_component(
     Raises
     ------
     DescriptorError
-        If the file has no such class, or a declaration of the class is wrong.
+        If the file cannot be imported or has no such class, or a declaration of the class is wrong.
     BuildError
         If a platform is unknown or the compiler is missing or fails.
     """
-    descriptor = describe(load_class(module, name))
+    descriptor = describe(_imported(module, name))
     variant = Variant(descriptor, fmi, backend="python", module=module)
     write_archive(output, contents(variant, platforms or [host_platform()]))
     return output
+
+
+def _imported(path: Path, name: str) -> type[Component]:
+    """Class of a user's file, whose exceptions become one line that says where they come from."""
+    try:
+        return load_class(path, name)
+    except (AhrsError, OSError, KeyboardInterrupt):
+        raise
+    except (Exception, SystemExit) as error:
+        what = traceback.format_exception_only(error)[-1].strip()
+        raise DescriptorError(f"{path.name} cannot be imported: {_place(path, error)}{what}") from error
+
+
+def _place(path: Path, error: BaseException) -> str:
+    """The last line of a file that had a part in an exception."""
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if Path(frame.filename).name == path.name]
+    if isinstance(error, SyntaxError):
+        lines.append(error.lineno)
+    return f"line {lines[-1]}: " if lines else ""
 
 
 def contents(variant: Variant, platforms: Sequence[str]) -> dict[str, bytes]:

@@ -57,17 +57,26 @@ def load_class(path: Path, name: str) -> type[Component]:
     DescriptorError
         If the file has no such class. What the file itself raises is passed on.
     """
-    found = getattr(_load_module(path), name, None)
-    if not isinstance(found, type) or not issubclass(found, Component):
-        raise DescriptorError(f"{path.name} has no class {name} derived from ahrs_fmu.component.Component")
-    return found
+    module = _load_module(path)
+    classes = {
+        key: value
+        for key, value in vars(module).items()
+        if isinstance(value, type) and issubclass(value, Component) and value is not Component
+    }
+    if name not in classes:
+        others = f"; it has {', '.join(classes)}" if classes else ""
+        raise DescriptorError(
+            f"{path.name} has no class {name} derived from ahrs_fmu.component.Component{others}"
+        )
+    return classes[name]
 
 
 def _load_module(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None:
         raise DescriptorError(f"{path.name} is no Python file")
-    if path.stem in sys.modules and getattr(sys.modules[path.stem], "__file__", None) != str(path):
+    loaded = sys.modules.get(path.stem)
+    if loaded is not None and Path(loaded.__file__ or "").resolve() != path.resolve():
         raise DescriptorError(f"{path.name} has the name of another module that is loaded: rename the file")
     module = importlib.util.module_from_spec(spec)
     # What the class pickles is found again by the module's name.
