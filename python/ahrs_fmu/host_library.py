@@ -36,11 +36,15 @@ def library_file(precision: Precision) -> Path:
     installed = Path(__file__).resolve().parent / "lib" / library_name(precision)
     if installed.is_file():
         return installed
+    library = cache_folder() / "lib" / library_fingerprint(precision) / library_name(precision)
+    return library if library.is_file() else compile_host_library(precision, library)
+
+
+def library_fingerprint(precision: Precision) -> str:
+    """Short hash of everything that the host library is made of."""
     root = fmu_src()
     headers = [header for folder in INCLUDE_FOLDERS for header in root.glob(f"{folder}/*.h")]
-    key = fingerprint([*library_sources(), *headers], precision)
-    library = cache_folder() / "lib" / key / library_name(precision)
-    return library if library.is_file() else compile_host_library(precision, library)
+    return fingerprint([*library_sources(), *headers], precision)
 
 
 def compile_host_library(precision: Precision, output: Path) -> Path:

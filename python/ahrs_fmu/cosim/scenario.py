@@ -226,7 +226,7 @@ class ScenarioFile:
         try:
             return msgspec.convert(table, Scenario)
         except msgspec.ValidationError as error:
-            raise ScenarioError(f"{self.path.name}: {_entry_error(table) or _in_words(str(error))}") from None
+            raise ScenarioError(f"{self.path.name}: {_entry_error(table) or in_words(str(error))}") from None
 
 
 class _Head(msgspec.Struct, frozen=True):
@@ -280,7 +280,7 @@ def from_table(table: Mapping[str, Any], path: Path) -> ScenarioFile:
     try:
         head = msgspec.convert(table, _Head)
     except msgspec.ValidationError as error:
-        raise ScenarioError(f"{path.name}: {_in_words(str(error))}") from None
+        raise ScenarioError(f"{path.name}: {in_words(str(error))}") from None
     own = {name: value for name, value in table.items() if name not in _NAME_OF_FILE_ONLY}
     merged = own if head.template is None else _merged(_template(head.template, path.name), own)
     return ScenarioFile(path, merged, head.seeds, head.vary)
@@ -290,6 +290,12 @@ def template_names() -> list[str]:
     """Names of the templates."""
     folder = resources.files("ahrs_fmu.cosim").joinpath(_TEMPLATES)
     return sorted(file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml"))
+
+
+def in_words(message: str) -> str:
+    """Turn the message of an error of msgspec, with its `$.a.b`, into the names of a file."""
+    text, _, where = message.partition(" - at `$")
+    return f"{where.rstrip('`').lstrip('.')}: {text}" if where.strip("`") else text
 
 
 def changes_in_words(changes: Mapping[str, object]) -> list[str]:
@@ -369,13 +375,7 @@ def _entry_error(table: Mapping[str, Any]) -> str | None:
             except msgspec.ValidationError as error:
                 kinds = [str(cls.__struct_config__.tag) for cls in get_args(of)]
                 hint = f"; the kinds are {', '.join(kinds)}" if kinds and "kind`" in str(error) else ""
-                words = _in_words(str(error))
+                words = in_words(str(error))
                 joint = "." if "`$" in str(error) else ": "
                 return f"{key}.{name}{joint}{words}{hint}"
     return None
-
-
-def _in_words(message: str) -> str:
-    """Turn `$.a.b` of msgspec's messages into the names of a file."""
-    text, _, where = message.partition(" - at `$")
-    return f"{where.rstrip('`').lstrip('.')}: {text}" if where.strip("`") else text
