@@ -69,6 +69,7 @@ def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) 
         (["replay"], "BROAD_DIR"),
         (["replay", "none.csv"], "none.csv: No such file"),
         (["replay", "empty"], "empty: no recordings in it"),
+        (["replay", "gc/line"], "scenario 'gc/line' is unknown; known are me/static"),
         (["replay", "flight.csv", "--via", "fmu4"], "'fmu4' is not one of"),
         (["replay", "flight.csv", "--set", "kp"], "'kp' is not of the form NAME=VALUE"),
         (["replay", "flight.csv", "--set", "kpp=1"], "no parameter 'kpp'"),
@@ -110,6 +111,13 @@ def test_replay_prints_errors_and_draws_a_picture(capsys: pytest.CaptureFixture[
     plots = [Path(line.removeprefix("plot: ")) for line in text.splitlines() if line.startswith("plot: ")]
     assert [p.suffix for p in plots] == [".png", ".svg"]
     assert all(p.stat().st_size > 10_000 for p in plots)
+
+
+def test_replay_knows_the_published_experiments_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    text = said(capsys, "replay", "gc/lin", "ac/swing", "--estimator", "mekf", "--set", "gravity=9.8")
+    assert [line.split()[0] for line in text.splitlines() if "/" in line] == ["gc/lin", "ac/swing"]
+    other = said(capsys, "replay", "gc/lin", "--estimator", "mekf", "--set", "gravity=9.8", "--seed", "2")
+    assert other not in text
 
 
 def test_replay_of_a_folder_adds_the_mean(capsys: pytest.CaptureFixture[str], flight: Path) -> None:

@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 import numpy as np
 import typer
 
-from ahrs_fmu import plots, records
+from ahrs_fmu import plots, records, scenarios
 from ahrs_fmu.commands import terminal
 from ahrs_fmu.errors import RecordError
 from ahrs_fmu.estimate import EstimateResult, Status
@@ -26,6 +26,7 @@ Examples:
   ahrs-fmu replay flight.csv --plot                 errors, and a picture of them
   ahrs-fmu replay flight.csv --set kp=1 --set ki=0  other gains
   ahrs-fmu replay recordings/ --via fmu3            a folder, through the FMU
+  ahrs-fmu replay gc/lin --estimator mekf --plot    a published experiment
   ahrs-fmu replay log.csv --unit accel=g --unit gyro=deg/s --frame enu
 
 docs/records.md describes the formats.
@@ -39,7 +40,9 @@ def replay(
     recordings: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="RECORD", help=f"Recordings, or folders of them; default: ${RECORDINGS_VARIABLE}."
+            metavar="RECORD",
+            help="Recordings, folders of them, or published experiments such as gc/lin; "
+            f"default: ${RECORDINGS_VARIABLE}.",
         ),
     ] = None,
     estimator: Annotated[str, typer.Option(help="Model that estimates.")] = "gcf",
@@ -49,6 +52,7 @@ def replay(
     ] = None,
     via: Annotated[Via, typer.Option(help="The C core, or an FMU stepped as importers do.")] = "c",
     plot: Annotated[bool, typer.Option("--plot", help="Draw angles and errors as PNG and SVG.")] = False,
+    seed: Annotated[int, typer.Option(min=1, help="Noise of a published experiment.")] = 1,
     frame: Annotated[
         Literal["ned", "enu"] | None, typer.Option(help="Frame of the recordings, when they do not tell.")
     ] = None,
@@ -72,7 +76,10 @@ def replay(
     outcomes = []
     warned: set[str] = set()
     for path in paths:
-        record = records.read(path, frame=frame, units=declared)
+        if is_experiment(path):
+            record = scenarios.load(path.as_posix(), seed)
+        else:
+            record = records.read(path, frame=frame, units=declared)
         for limit in runner.warnings(record):
             if limit.says not in warned:
                 terminal.warn(limit.says)
@@ -117,6 +124,12 @@ def print_outcomes(outcomes: Sequence[Outcome]) -> None:
     for outcome in outcomes:
         for picture in outcome.plots:
             terminal.OUT.print(f"plot: {picture}")
+
+
+def is_experiment(path: Path) -> bool:
+    """Whether a path is meant for a published experiment rather than for a file."""
+    sources = {name.partition("/")[0] for name in scenarios.names()}
+    return path.parent.as_posix() in sources and not path.suffix and not path.exists()
 
 
 def found(paths: Sequence[Path]) -> list[Path]:
