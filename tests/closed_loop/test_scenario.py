@@ -13,6 +13,8 @@ from ahrs_fmu.cosim.excitation import Manoeuvre, Wind
 from ahrs_fmu.cosim.instances import Instances
 from ahrs_fmu.cosim.scenario import ScenarioFile
 from ahrs_fmu.errors import ScenarioError
+from ahrs_fmu.export.package import build_fmu
+from ahrs_fmu.toolchain import host_platform
 from ahrs_fmu.trajectories import Profile
 
 LOOP = """
@@ -160,6 +162,21 @@ def test_a_class_that_raises_stops_the_run_and_what_was_recorded_is_kept(tmp_pat
     np.testing.assert_array_equal(found.recording["clock.count"], [1.0, 2.0, 3.0, 4.0, 5.0])
 
 
+def test_an_fmu_takes_the_place_of_the_templates_model_and_needs_a_binary_for_this_machine(
+    tmp_path: Path,
+) -> None:
+    other = "x86_64-windows" if host_platform() != "x86_64-windows" else "x86_64-linux"
+    build_fmu("gcf", fmi="3", platforms=[other], output=tmp_path)
+    text = OPEN.replace("[vary]", "[components.estimator]\nfmu = 'fmi3/GCF.fmu'\n[other]")
+    text = text.split("[other]")[0]
+    with pytest.raises(
+        ScenarioError, match=f"components.estimator: GCF.fmu: has no binary for .* only for {other}"
+    ):
+        run_all(text, tmp_path)
+    build_fmu("gcf", fmi="3", output=tmp_path)
+    run_all(text, tmp_path)
+
+
 def test_an_fmu_instance_is_used_again_by_the_next_run() -> None:
     file = parsed(LOOP).computed_by("fmu3")
     with Instances() as instances:
@@ -212,7 +229,11 @@ BIAS = "[faults.f]\nkind = 'bias'\n"
         ("attitude_error.total", "estimator.qq", "estimator has no such output"),
         (BEFORE, "[components.imu]\nmodel = 'gyro'", "components.imu: there is no model 'gyro'"),
         (BEFORE, "[components.imu]\nparameters.sed = 1", "components.imu: IMU has no parameter 'sed'"),
-        (BEFORE, "[components.imu]\nfmu = 'a.fmu'", "components.imu: .*exactly one of model, fmu, class"),
+        (
+            BEFORE,
+            "[components.imu]\nmodel = 'imu'\nfmu = 'a.fmu'",
+            "components.imu: .*exactly one of model, fmu, class",
+        ),
         (BEFORE, "[components.x]\nfmu = 'x.fmu'", "components.x: .*x.fmu: No such file"),
         (BEFORE, "[components.x]\nclass = 'x.py'", "components.x: .*not of the form FILE:CLASS"),
         (

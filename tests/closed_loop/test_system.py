@@ -189,3 +189,15 @@ def test_a_recording_becomes_a_table_with_units(tmp_path: Path) -> None:
     assert len(rows) == 5
     read = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1)
     np.testing.assert_array_equal(read[:, 1:5], recording["quadrotor.q"])
+
+
+def test_a_recording_becomes_a_table_of_pandas_and_of_xarray() -> None:
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    recording = loop(cores()).run(0.02, SIGNALS)
+    frame = recording.to_pandas()
+    assert frame.index.name == "time [s]"
+    np.testing.assert_array_equal(frame["quadrotor.position[2] [m]"], recording["quadrotor.position"][:, 1])
+    data = recording.to_xarray()
+    assert data["quadrotor.position"].attrs["units"] == "m"
+    np.testing.assert_array_equal(data["estimator.q"], recording["estimator.q"])

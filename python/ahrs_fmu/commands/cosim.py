@@ -18,7 +18,6 @@ from ahrs_fmu.cosim.plots import run_figure
 from ahrs_fmu.cosim.running import Outcome
 from ahrs_fmu.cosim.scenario import Case, ScenarioFile
 from ahrs_fmu.cosim.ssp import write_ssp
-from ahrs_fmu.errors import ScenarioError
 
 EXAMPLES = """
 Examples:
@@ -110,10 +109,7 @@ def _changes(settings: list[str]) -> dict[str, object]:
 def _run(file: ScenarioFile, case: Case, instances: Instances) -> Outcome:
     with terminal.progress() as progress:
         task = progress.add_task(f"{file.name} {case.label}", total=case.scenario.rows)
-        try:
-            return running.run(case, instances, file.path.parent, lambda done: progress.advance(task, done))
-        except ScenarioError as error:
-            raise ScenarioError(f"{file.path.name}: {error}") from error
+        return running.run(case, instances, file.path.parent, lambda done: progress.advance(task, done))
 
 
 def _print(file: ScenarioFile, outcome: Outcome) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Any, Self
+from zipfile import ZipFile
 
 import fmpy
 import numpy as np
@@ -103,10 +104,22 @@ class Fmu:
             raise FmuError(
                 f"{self.path.name}: is FMI {self.description.fmiVersion}; only 2.0 and 3.0 co-simulation runs"
             )
+        self._check_platform()
         self.variables = {v.name: v for v in _gathered(self.description, self.version)}
         self._folder = TemporaryDirectory(prefix="ahrs-fmu-", ignore_cleanup_errors=True)
         self.folder = str(fmpy.extract(str(path), self._folder.name))
         self._instances: list[FmuStepper] = []
+
+    def _check_platform(self) -> None:
+        with ZipFile(self.path) as archive:
+            parts = [name.split("/") for name in archive.namelist()]
+        held = sorted({part[1] for part in parts if part[0] == "binaries" and len(part) > 2})
+        wanted = fmpy.platform if self.version == 2 else fmpy.platform_tuple
+        if wanted not in held:
+            raise FmuError(
+                f"{self.path.name}: has no binary for {wanted}, only for {', '.join(held) or 'no platform'}: "
+                "export it for this platform"
+            )
 
     def instantiate(
         self, parameters: Mapping[str, Value] | None = None, start_time: float = 0.0

@@ -25,6 +25,9 @@ from ahrs_fmu.trajectories import Data
 Via = Literal["c", "single", "numpy", "fmu2", "fmu3", "fmu3-scalar"]
 """Who computes a model: the C code in double or single precision, its numpy twin, or an FMU of it."""
 
+SOURCES = ("model", "fmu", "class")
+"""What a component can be made of, by the names in a file."""
+
 _FMI: Mapping[str, Fmi] = {"fmu2": "2", "fmu3": "3", "fmu3-scalar": "3-scalar"}
 
 

@@ -90,14 +90,14 @@ class Recording:
 
     def to_pandas(self) -> Any:
         """Return a pandas DataFrame with the time as its index; pandas must be installed."""
-        pandas = extras.require("pandas", "cosim", "a pandas table")
+        pandas = extras.require("pandas", "tables", "a pandas table")
         columns = self.columns()
         index = pandas.Index(columns.pop("time [s]"), name="time [s]")
         return pandas.DataFrame(columns, index=index)
 
     def to_xarray(self) -> Any:
         """Return an xarray Dataset over the dimension ``time``; xarray must be installed."""
-        xarray = extras.require("xarray", "cosim", "an xarray data set")
+        xarray = extras.require("xarray", "tables", "an xarray data set")
         variables = {
             name: (
                 ("time", *(f"{name}_{i}" for i in range(values.ndim - 1))),

@@ -27,7 +27,7 @@ from ahrs_fmu.cosim.derived import Derived
 from ahrs_fmu.cosim.excitation import Manoeuvre, Motion, Wind
 from ahrs_fmu.cosim.expectations import Expectation
 from ahrs_fmu.cosim.faults import AnyFault
-from ahrs_fmu.cosim.instances import Component, Via
+from ahrs_fmu.cosim.instances import SOURCES, Component, Via
 from ahrs_fmu.cosim.system import Connection, Method
 from ahrs_fmu.errors import ScenarioError
 from ahrs_fmu.trajectories import Data, Positive
@@ -328,6 +328,13 @@ def _template(name: str, file: str) -> dict[str, Any]:
 
 
 def _merged(base: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    components = own.get("components", {})
+    if isinstance(components, Mapping):
+        left = {
+            name: _without_source(component, components.get(name))
+            for name, component in base.get("components", {}).items()
+        }
+        base = {**base, "components": left}
     merged = _overlaid(base, own)
     for name in _JOINED:
         merged[name] = [*base.get(name, []), *own.get(name, [])]
@@ -348,6 +355,12 @@ def _overlaid(base: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]
         if isinstance(base[name], Mapping) and isinstance(own[name], Mapping)
     }
     return {**base, **own, **both}
+
+
+def _without_source(component: Mapping[str, Any], own: object) -> dict[str, Any]:
+    """Component of a template without what it is, where the file says what it is."""
+    replaced = isinstance(own, Mapping) and any(key in own for key in SOURCES)
+    return {key: value for key, value in component.items() if not (replaced and key in SOURCES)}
 
 
 def _put(table: dict[str, Any], name: str, value: object, file: str) -> None:
