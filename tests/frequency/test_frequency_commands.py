@@ -139,6 +139,20 @@ def test_design_finds_the_best_gains_of_a_sensor_and_draws_the_curve(
     assert Path("build/design/error.svg").is_file()
 
 
+def test_design_warns_of_a_crossover_that_the_sample_rate_does_not_allow(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["design", "--crossover", "90"]) == 0
+    assert "90 rad/s is fast for 100 Hz" in capsys.readouterr().err
+
+
+def test_bode_refuses_an_fmu_that_is_no_attitude_estimator(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    other = build_fmu("quadrotor", fmi="3", output=tmp_path)
+    assert "no variable gyro, accel, mag" in refused(capsys, "bode", "--fmu", other, "--measure")
+
+
 def test_design_takes_densities_in_degrees(capsys: pytest.CaptureFixture[str]) -> None:
     said(capsys, "design", "--noise", "gyro=0.007,walk=1e-3,accel=2e-3", "--json", "design.json")
     sensor = written("design.json")["sensor"]
@@ -206,6 +220,9 @@ def test_explain_speaks_of_every_estimator(
         (("design",), "give --crossover, --sensor or --noise"),
         (("design", "--crossover", "-1"), "crossover = -1 rad/s"),
         (("design", "--crossover", "500"), "unstable"),
+        (("design", "--crossover", "1", "--damping", "-1"), "damping = -1: give a positive"),
+        (("design", "--noise", "gyro=-1,accel=1"), "gyro = -1 deg/s/rtHz: it must be zero or positive"),
+        (("bode", "--measure", "--amplitude", "0"), "amplitude = 0 deg"),
         (("design", "--crossover", "1", "--rate", "0"), "rate = 0 Hz"),
         (("design", "--sensor", "none"), "sensor 'none' is unknown"),
         (("design", "--noise", "giro=1"), "'giro' is none of gyro, walk, accel, mag"),

@@ -126,7 +126,7 @@ def plan(
     if not omega.size or not np.all(np.isfinite(omega)) or omega[0] <= 0.0:
         lowest = omega[0] if omega.size else math.nan
         raise DesignError(f"frequency = {lowest:g} rad/s: give positive, finite frequencies")
-    require_positive("amplitude", amplitude, "rad")
+    require_positive("amplitude", math.degrees(amplitude), "deg")
     if amplitude > _LARGEST_AMPLITUDE:
         raise DesignError(f"amplitude = {math.degrees(amplitude):g} deg: a small signal has 45 deg or less")
     if periods < 1:

@@ -201,7 +201,7 @@ def error_figure(
         panel.annotate(
             f"{curve.best:.3g} rad/s, {least:.3g}°",
             (curve.best, least),
-            xytext=(0, 9),
+            xytext=(0, 12),
             bbox=_BACKGROUND,
             textcoords="offset points",
             ha="center",

@@ -51,5 +51,6 @@ def require_positive(name: str, value: float, unit: str, zero_allowed: bool = Fa
     """
     if not math.isfinite(value) or value < 0.0 or (value == 0.0 and not zero_allowed):
         limit = "zero or positive" if zero_allowed else "positive"
-        raise DesignError(f"{name} = {value:g} {unit}: give a {limit}, finite value")
+        shown = "" if unit == "1" else f" {unit}"
+        raise DesignError(f"{name} = {value:g}{shown}: give a {limit}, finite value")
     return value

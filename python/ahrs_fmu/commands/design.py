@@ -60,6 +60,8 @@ Examples:
 
 _RATE = 100.0
 _CURVE_POINTS = 60
+_NEAR = 0.1
+"""How far the crossover of the sampled filter may be from the wanted one without a word."""
 _ERRORS: dict[str, ErrorKind] = {"gcf": "decoupled", "mahony": "decoupled", "complementary": "attitude"}
 """How the filters whose parameters are the gains of the theory form their error, by default."""
 _JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers.")]
@@ -98,6 +100,12 @@ def design(
     terminal.OUT.print(f"gains: {describe(gains)}")
     found = characterise(filter_)
     numbers.print_rows(rows(found), "filter")
+    if crossover is not None and not math.isclose(found.crossover, crossover, rel_tol=_NEAR):
+        where = "nowhere" if math.isnan(found.crossover) else f"at {found.crossover:.3g} rad/s"
+        terminal.warn(
+            f"{crossover:g} rad/s is fast for {rate:g} Hz: the sampled filter crosses over {where}; "
+            f"raise --rate or design slower"
+        )
     data: dict[str, object] = {
         "gains": asdict(gains),
         "sample_time": sample_time,
@@ -214,11 +222,19 @@ def _sensor(name: str | None, densities: str | None, sample_time: float) -> Sens
         return noise_of_imu(sensors.load(name), sample_time)
     if densities is None:
         return None
-    known = {"gyro": math.radians(1.0), "walk": math.radians(1.0), "accel": 1.0, "mag": 1e-6}
+    known = {
+        "gyro": (math.radians(1.0), "deg/s/rtHz"),
+        "walk": (math.radians(1.0), "deg/s2/rtHz"),
+        "accel": (1.0, "m/s2/rtHz"),
+        "mag": (1e-6, "uT/rtHz"),
+    }
     given = terminal.assignments(densities.split(","), "--noise")
     if unknown := sorted(set(given) - set(known)):
         raise typer.BadParameter(f"{unknown[0]!r} is none of {', '.join(known)}", param_hint="--noise")
-    values = {n: factor * numbers.number(n, given[n]) if n in given else 0.0 for n, factor in known.items()}
+    values = {
+        name: factor * numbers.not_negative(name, numbers.number(name, given.get(name, 0.0)), unit)
+        for name, (factor, unit) in known.items()
+    }
     if not values["accel"]:
         raise typer.BadParameter("accel=... is needed: the tilt is measured with it", param_hint="--noise")
     return SensorNoise(values["gyro"], values["walk"], values["accel"], values["mag"], FIELD, DIP)

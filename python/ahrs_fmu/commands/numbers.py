@@ -28,9 +28,11 @@ def print_rows(rows: Iterable[Row], title: str) -> None:
 
 
 def displayed(value: float, unit: str) -> tuple[float, str]:
-    """Turn an angle or its density into degrees; rad/s alone is a frequency and stays."""
+    """Turn an angle or its density into degrees, a field into microtesla; rad/s is a frequency and stays."""
     if unit.startswith("rad") and unit != "rad/s":
         return math.degrees(value), unit.replace("rad", "deg", 1)
+    if unit.startswith("T"):
+        return 1e6 * value, f"u{unit}"
     return value, unit
 
 
@@ -58,6 +60,19 @@ def positive(name: str, value: float, unit: str) -> float:
     """
     if not value > 0.0 or math.isinf(value):
         raise typer.BadParameter(f"{name} = {value:g} {unit}: it must be positive")
+    return value
+
+
+def not_negative(name: str, value: float, unit: str) -> float:
+    """Return a value that is zero or above.
+
+    Raises
+    ------
+    typer.BadParameter
+        It is not.
+    """
+    if not value >= 0.0 or math.isinf(value):
+        raise typer.BadParameter(f"{name} = {value:g} {unit}: it must be zero or positive")
     return value
 
 
