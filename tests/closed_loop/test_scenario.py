@@ -92,6 +92,22 @@ def test_a_chain_gives_stepwise_and_as_a_whole_the_same_bits() -> None:
         np.testing.assert_array_equal(whole[name], single[name])
 
 
+def test_components_of_other_rates_than_the_loop_hold_between_their_samples_as_their_fmus_do() -> None:
+    rates = {
+        "components.estimator.parameters.sample_time": 0.01,
+        "components.imu.parameters.sample_time": 0.001,
+    }
+    with Instances() as instances:
+        core, fmu = (
+            running.assemble(file.case(rates), instances, Path()).run(1.0, ["estimator.q", "quadrotor.q"])
+            for file in (parsed(LOOP), parsed(LOOP).computed_by("fmu3"))
+        )
+    for name in core.signals:
+        np.testing.assert_array_equal(core[name], fmu[name])
+    held = (np.diff(core["estimator.q"], axis=0) == 0.0).all(axis=1)
+    assert held.sum() == pytest.approx(250 - 100, abs=1)
+
+
 def test_a_seed_decides_the_sensor_and_the_wind() -> None:
     file = parsed(LOOP.replace("[manoeuvre]", "[wind]\nturbulence = 1.0\n[manoeuvre]"))
     with Instances() as instances:

@@ -89,13 +89,31 @@ def test_a_long_step_is_several_samples_with_the_same_inputs() -> None:
     np.testing.assert_array_equal(long, short[2::3])
 
 
+@pytest.mark.parametrize("dt", [0.4 * T, 1.0 / 60.0, 0.0101, 0.37 * T])
+def test_steps_off_the_grid_take_the_samples_they_contain_and_hold_between(dt: float) -> None:
+    inputs, wanted = flight(60), ["q", "gyro_bias", "status"]
+    whole = replay(gcf(), inputs, wanted, dt)
+    single = replay(OneByOne(gcf()), inputs, wanted, dt)
+    for name in wanted:
+        np.testing.assert_array_equal(whole[name], single[name])
+    # A sample is taken in the step in which its time lies, with the inputs of that step.
+    ends = np.rint((np.arange(60) + 1) * dt / T * 1e9) / 1e9
+    samples = np.floor(ends).astype(int)
+    rows = np.searchsorted(samples, np.arange(1, samples[-1] + 1))
+    fresh = {name: np.concatenate((values[:1], values[rows])) for name, values in inputs.items()}
+    record = Record(time=T * np.arange(rows.size + 1), **fresh)
+    # Row k of the run is the attitude after sample k, and row 0 the initial one.
+    expected = GCF(kp=1.0).run(record).q[samples]
+    np.testing.assert_allclose(whole["q"], expected, rtol=0, atol=1e-13)
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [
         (lambda s: s.set("gyros", [0.0, 0.0, 0.0]), "no input 'gyros'"),
         (lambda s: s.set("gyro", [0.0]), "expected \\(3,\\)"),
         (lambda s: s.get("quaternion"), "no variable 'quaternion'"),
-        (lambda s: s.step(0.015), "multiples of its sample_time"),
+        (lambda s: s.step(-0.01), "step of -0.01 s: it must be positive"),
         (lambda s: s.replay({"gyro": np.zeros((2, 3))}, ["attitude"], T), "no variable 'attitude'"),
         (lambda _: CoreStepper(descriptors.load("gcf"), {"kP": 1.0}), "no parameter 'kP'"),
         (lambda _: CoreStepper(descriptors.load("gcf"), {"kp": -1.0}), "kp = -1"),

@@ -63,10 +63,14 @@ def cosim(
         opened = [file.computed_by(via) for file in opened]
     results: list[dict[str, object]] = []
     good = True
+    told: ScenarioFile | None = None
     with Instances(output) as instances:
         for file in opened:
             for case in file.cases(changes, seeds or None):
                 outcome = _run(file, case, instances)
+                if file is not told:
+                    _print_flow(outcome)
+                    told = file
                 _print(file, outcome)
                 if plot or show:
                     _draw(file, outcome, output, show)
@@ -122,6 +126,12 @@ def _print(file: ScenarioFile, outcome: Outcome) -> None:
         terminal.OUT.print(f"  stopped: {outcome.failure}")
     else:
         print_verdicts(outcome)
+
+
+def _print_flow(outcome: Outcome) -> None:
+    terminal.prose(f"order: {', '.join(outcome.order)}", hanging=7)
+    for connection in outcome.delayed:
+        terminal.OUT.print(f"one step late: {connection}")
 
 
 def print_verdicts(outcome: Outcome) -> None:

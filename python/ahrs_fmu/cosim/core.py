@@ -7,17 +7,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from ahrs_fmu.cosim.clock import SampleClock
 from ahrs_fmu.cosim.stepper import Array, Port
 from ahrs_fmu.descriptors import Descriptor, Variable
 from ahrs_fmu.errors import ParameterError
 from ahrs_fmu.estimators.model import NumpyModel
 from ahrs_fmu.host_library import Precision
 from ahrs_fmu.native import NativeModel
-
-_GRID = 1e-6
-"""How far from a whole number of sample times a step may be, in sample times."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +24,7 @@ class SavedCore:
 
     memory: bytes
     started: bool
+    fraction: float
 
 
 class CoreStepper:
@@ -69,6 +68,7 @@ class CoreStepper:
         for name, value in values.items():
             self._model.set(name, value)
         self.sample_time = float(values["sample_time"][0])
+        self._clock = SampleClock(self.sample_time)
         self._variables = {v.name: _port(descriptor, v) for v in descriptor.variables}
         self._inputs = {v.name: self._variables[v.name] for v in descriptor.inputs}
         self._outputs = {v.name: self._variables[v.name] for v in descriptor.outputs}
@@ -102,8 +102,8 @@ class CoreStepper:
         return np.asarray(self._model.get(name), dtype=np.float64).reshape(port.shape)
 
     def step(self, dt: float) -> None:
-        """Run the samples of the next `dt` seconds, a multiple of the sample time, with the same inputs."""
-        ticks = self._ticks(dt)
+        """Run the samples of the next `dt` seconds with the same inputs; outputs hold between samples."""
+        ticks = self._clock.advance(dt)
         self._start()
         for _ in range(ticks):
             self._model.update(self.sample_time)
@@ -111,34 +111,46 @@ class CoreStepper:
 
     def save(self) -> SavedCore:
         """Return the complete state."""
-        return SavedCore(self._model.save(), self._started)
+        return SavedCore(self._model.save(), self._started, self._clock.fraction)
 
     def restore(self, state: SavedCore) -> None:
         """Continue from what `save` returned."""
         self._model.restore(state.memory)
         self._started = state.started
+        self._clock.fraction = state.fraction
 
     def reset(self) -> None:
         """Return to the state of a fresh instance with the same parameters."""
         self._model.restore(self._fresh)
         self._model.reset()
         self._started = False
+        self._clock.fraction = 0.0
 
     def replay(
         self, inputs: Mapping[str, Array], outputs: Sequence[str], dt: float, rows: int | None = None
     ) -> dict[str, Array]:
         """Take a whole record; see `ahrs_fmu.cosim.stepper.Replayer`."""
         rows = len(next(iter(inputs.values()))) if rows is None else rows
-        ticks = self._ticks(dt)
-        columns = {name: np.repeat(np.asarray(values), ticks, axis=0) for name, values in inputs.items()}
         for name in (*inputs, *outputs):
             self._port(name, self._variables, "variable")
+        ticks = self._clock.advance_often(dt, rows)
         if rows and not self._started:
             for name, values in inputs.items():
                 self.set(name, values[0])
             self._start()
-        found = self._model.run(np.full(rows * ticks, self.sample_time), columns, outputs)
-        return {name: np.asarray(v[ticks - 1 :: ticks], dtype=np.float64) for name, v in found.items()}
+        # The outputs before the first tick are the present ones.
+        self._model.compute_outputs()
+        before = {
+            name: np.asarray(self._model.get(name), dtype=np.float64).reshape(self._variables[name].shape)
+            for name in outputs
+        }
+        columns = {name: np.repeat(np.asarray(values), ticks, axis=0) for name, values in inputs.items()}
+        found = self._model.run(np.full(ticks.sum(), self.sample_time), columns, outputs)
+        last = np.cumsum(ticks) - 1
+        return {
+            name: _held(np.asarray(column, dtype=np.float64), last, before[name])
+            for name, column in found.items()
+        }
 
     def _start(self) -> None:
         if not self._started:
@@ -150,21 +162,20 @@ class CoreStepper:
         self._model.reset()
         self._model.update(0.0)
 
-    def _ticks(self, dt: float) -> int:
-        ticks = round(dt / self.sample_time)
-        if ticks < 1 or abs(dt / self.sample_time - ticks) > _GRID:
-            raise ParameterError(
-                f"step of {dt:g} s: {self.descriptor.title} takes multiples of its sample_time, "
-                f"{self.sample_time:g} s"
-            )
-        return ticks
-
     def _port(self, name: str, ports: Mapping[str, Port], role: str) -> Port:
         try:
             return ports[name]
         except KeyError:
             known = ", ".join(ports)
             raise ParameterError(f"{self.descriptor.title} has no {role} {name!r}; it has {known}") from None
+
+
+def _held(column: Array, last: NDArray[np.intp], before: Array) -> Array:
+    """Rows of a column by the number of the last sample, -1 where none has been taken."""
+    if last.size and last[0] >= 0:
+        return column[last]
+    held: Array = np.concatenate((before[None], column))[last + 1]
+    return held
 
 
 def _port(descriptor: Descriptor, variable: Variable) -> Port:

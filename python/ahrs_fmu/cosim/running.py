@@ -33,6 +33,10 @@ class Outcome:
         With the derived signals, up to the failure if there was one.
     verdicts : sequence of Verdict
         One for each clause; none after a failure.
+    order : sequence of str
+        Components as they were stepped.
+    delayed : sequence of str
+        Connections that hand over the value of the step before.
     failure : str
         Why the run stopped; empty if it did not.
     """
@@ -40,6 +44,8 @@ class Outcome:
     case: Case
     recording: Recording
     verdicts: Sequence[Verdict]
+    order: Sequence[str]
+    delayed: Sequence[str]
     failure: str = ""
 
     @property
@@ -131,12 +137,13 @@ def run(
 def _run(case: Case, system: System, progress: Callable[[int], None] | None) -> Outcome:
     scenario = case.scenario
     wanted = signals_of(scenario)
+    flow = system.order, [str(connection) for connection in system.delayed]
     try:
         recording = system.run(scenario.duration, wanted, progress)
     except SimulationError as error:
         if not isinstance(error.recording, Recording):
             raise
-        return Outcome(case, with_derived(error.recording, scenario.signals), (), str(error))
+        return Outcome(case, with_derived(error.recording, scenario.signals), (), *flow, str(error))
     recording = with_derived(recording, scenario.signals)
     items = {name: system.port(name).items for name in wanted}
     verdicts = [
@@ -149,7 +156,7 @@ def _run(case: Case, system: System, progress: Callable[[int], None] | None) -> 
         )
         for expectation in scenario.expect
     ]
-    return Outcome(case, recording, verdicts)
+    return Outcome(case, recording, verdicts, *flow)
 
 
 def run_file(

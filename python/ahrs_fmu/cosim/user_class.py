@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ahrs_fmu.component import Component, describe, numbers_of
+from ahrs_fmu.cosim.clock import SampleClock
 from ahrs_fmu.cosim.stepper import Array, Port
 from ahrs_fmu.descriptors import Variable
 from ahrs_fmu.errors import ParameterError, ScenarioError, SimulationError
 from ahrs_fmu.serve.resources import load_class
-
-_GRID = 1e-6
-"""How far from a whole number of sample times a step may be, in sample times."""
 
 
 class ClassStepper:
@@ -43,7 +41,7 @@ class ClassStepper:
         values = {v.name: self.descriptor.numbers(v, v.default) for v in self.descriptor.parameters}
         values |= {name: self.descriptor.numbers(given[name], value) for name, value in parameters.items()}
         self.descriptor.check(values)
-        self.sample_time = values["sample_time"][0]
+        self._clock = SampleClock(values["sample_time"][0])
         self._variables = {v.name: v for v in self.descriptor.variables}
         self.inputs: Mapping[str, Port] = {v.name: self._port(v) for v in self.descriptor.inputs}
         self.outputs: Mapping[str, Port] = {v.name: self._port(v) for v in self.descriptor.outputs}
@@ -74,29 +72,25 @@ class ClassStepper:
         SimulationError
             If the class raises.
         """
-        ticks = round(dt / self.sample_time)
-        if ticks < 1 or abs(dt / self.sample_time - ticks) > _GRID:
-            raise ParameterError(
-                f"step of {dt:g} s: {self.descriptor.title} takes multiples of its sample_time, "
-                f"{self.sample_time:g} s"
-            )
+        ticks = self._clock.advance(dt)
         self._start()
         for _ in range(ticks):
-            self._guarded(lambda: self._instance.update(self.sample_time))
+            self._guarded(lambda: self._instance.update(self._clock.sample_time))
 
     def save(self) -> object:
         """Return a copy of the instance."""
-        return copy.deepcopy(self._instance), self._started
+        return copy.deepcopy(self._instance), self._started, self._clock.fraction
 
     def restore(self, state: Any) -> None:
         """Continue from what `save` returned."""
-        instance, self._started = state
+        instance, self._started, self._clock.fraction = state
         self._instance = copy.deepcopy(instance)
 
     def reset(self) -> None:
         """Begin anew with a new instance."""
         self._instance = self.cls()
         self._started = False
+        self._clock.fraction = 0.0
         for name, value in self._parameters.items():
             setattr(self._instance, name, self._instance.accepted(name, value))
 
