@@ -100,9 +100,13 @@ def without_rest(record: Record) -> Record:
 
 
 def without_rest_biased(record: Record) -> Record:
-    """Cut the rest off and add one degree per second to every axis of the gyroscope."""
-    cut = without_rest(record)
-    return replace(cut, gyro=cut.gyro + np.radians(1.0))
+    """Cut the rest off and add the bias."""
+    return with_bias(without_rest(record))
+
+
+def with_bias(record: Record) -> Record:
+    """Add one degree per second to every axis of the gyroscope."""
+    return replace(record, gyro=record.gyro + np.radians(1.0))
 
 
 def with_hard_iron(record: Record) -> Record:
@@ -142,6 +146,7 @@ def _rows(record: Record, rows: slice) -> Record:
 STRESSES: Mapping[str, Callable[[Record], Record]] = {
     "as recorded": as_recorded,
     "hard iron (5, -5) uT": with_hard_iron,
+    "gyroscope +1 deg/s": with_bias,
     "rest cut off": without_rest,
     "rest cut off, +1 deg/s": without_rest_biased,
     "every third sample": every_third,

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ahrs_fmu import Frame, benchmark, benchmark_plots, records
+from ahrs_fmu import Frame, benchmark, benchmark_plots, peers, records
 from ahrs_fmu.cli import main
 from ahrs_fmu.errors import RecordError
+from ahrs_fmu.metrics import attitude_error
 from motion import tumbling
 
 
@@ -104,7 +105,7 @@ def test_a_folder_without_recordings_is_an_error(tmp_path: Path) -> None:
 def test_the_command_prints_a_table_and_draws(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = ["benchmark", "broad", "--data", str(data), "--estimator", "kcf", "--estimator", "GCF"]
+    arguments = ["benchmark", "broad", "--data", str(data), "--estimators", "kcf, GCF"]
     arguments += ["--workers", "1", "--stress", "-o", str(tmp_path / "out")]
     assert main(arguments) == 0
     text = capsys.readouterr().out
@@ -116,5 +117,17 @@ def test_the_command_prints_a_table_and_draws(
 
 
 def test_an_unknown_filter_is_refused(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["benchmark", "broad", "--data", str(data), "--estimator", "nonsense"]) == 2
-    assert "no filter 'nonsense'" in capsys.readouterr().err
+    assert main(["benchmark", "broad", "--data", str(data), "--estimators", "kcf,nonsense"]) == 2
+    error = capsys.readouterr().err
+    assert "no filter 'nonsense'" in error
+    assert "--peers" in error
+
+
+@pytest.mark.parametrize("name", peers.PEERS)
+def test_a_peer_follows_ideal_sensors_in_its_own_units_and_frame(name: str) -> None:
+    pytest.importorskip(peers.PEERS[name][1])
+    record = tumbling(30.0, 0.01, rate=0.5).in_frame(Frame.ENU)
+    assert record.q_true is not None
+    error = attitude_error(peers.PEERS[name][0](record), record.q_true)
+    # A frame, a sign or a unit that is wrong costs tens of degrees.
+    assert np.degrees(error.total[2000:].max()) < 1.5

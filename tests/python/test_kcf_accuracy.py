@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -152,19 +153,43 @@ def test_under_multirotor_dynamics_it_is_far_better_than_every_other_estimator()
             assert np.linalg.norm(errors(model)) > 1.5 * own, model
 
 
+def with_bursts(record: Record, seed: int) -> Record:
+    """Senseless samples of every sensor for up to 0.2 s, and times without accelerometer or magnetometer."""
+    draw = np.random.default_rng(seed)
+    sensors = {name: np.array(getattr(record, name)) for name in ("gyro", "accel", "mag")}
+    valid = {name: np.ones(len(record), dtype=np.bool_) for name in ("accel_valid", "mag_valid")}
+    longest = int(0.2 / record.sample_time)
+    for samples in sensors.values():
+        for start in draw.integers(1, len(record), 8):
+            stop = start + draw.integers(1, longest + 1)
+            samples[start:stop] = draw.choice([np.nan, np.inf, -np.inf, 1e30])
+    for flags in valid.values():
+        for start in draw.integers(1, len(record), 3):
+            flags[start : start + int(draw.uniform(0.5, 3.0) / record.sample_time)] = False
+    return replace(record, **sensors, **valid)
+
+
 @pytest.mark.slow
+@pytest.mark.parametrize("profile", ["hand", "multirotor"])
+@pytest.mark.parametrize("bursts", [False, True])
 @pytest.mark.parametrize("name", scenarios.names())
-def test_covariance_and_calibration_stay_sound_in_every_experiment(name: str) -> None:
+def test_covariance_and_calibration_stay_sound_in_every_experiment(
+    name: str, bursts: bool, profile: str
+) -> None:
+    outputs = ["q", "gyro_bias", "hard_iron", "gyro_scale", "mag_latency"]
     for seed in range(1, 21):
         record = scenarios.load(name, seed)
+        record = with_bursts(record, seed) if bursts else record
         core = NativeModel(descriptors.load("kcf"))
         core.set("sample_time", record.sample_time)
+        core.set("profile", ("hand", "multirotor").index(profile))
         core.reset()
-        rows = np.array_split(np.arange(len(record)), 5)
         steps = np.diff(record.time, prepend=record.time[0])
-        for part in rows:
-            samples = {s: getattr(record, s)[part] for s in ("gyro", "accel", "mag")}
-            y = core.run(steps[part], samples, ["q", "gyro_bias", "hard_iron", "gyro_scale", "mag_latency"])
+        for part in np.array_split(np.arange(len(record)), 5):
+            samples = {
+                s: getattr(record, s)[part] for s in ("gyro", "accel", "mag", "accel_valid", "mag_valid")
+            }
+            y = core.run(steps[part], samples, outputs)
             assert all(np.isfinite(values).all() for values in y.values())
             assert np.abs(y["hard_iron"]).max() < 100e-6
             assert np.abs(y["gyro_scale"]).max() < 0.1
@@ -172,12 +197,29 @@ def test_covariance_and_calibration_stay_sound_in_every_experiment(name: str) ->
             assert np.linalg.eigvalsh(covariance_of(core)).min() > 0.0
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TABLE)
+def test_bursts_and_dropouts_cost_little(name: str) -> None:
+    def total(record: Record) -> float:
+        q = KCF(sample_time=record.sample_time, profile="multirotor").run(record).q
+        return attitude_error(q, record.q_true).rms(record.evaluate).degrees()["total"]
+
+    clean = [total(scenarios.load(name, seed)) for seed in SEEDS]
+    spoilt = [total(with_bursts(scenarios.load(name, seed), seed)) for seed in SEEDS]
+    assert np.mean(spoilt) < 1.5 * np.mean(clean) + 0.5
+
+
 def covariance_of(core: NativeModel) -> np.ndarray:
-    """Covariance (19, 19) inside the state, found by the bias, with which the states before it begin."""
+    """Covariance (19, 19) inside the state: what follows nineteen states that begin with the bias."""
     held = np.frombuffer(core.save(), dtype=np.float64)
     bias = core.get("gyro_bias")
-    at = next(k for k in range(len(held)) if np.array_equal(held[k : k + 3], bias))
-    return held[at + 19 : at + 19 + 380].reshape(19, 20)[:, :19]
+    for k in range(len(held) - 399):
+        rows = held[k + 19 : k + 399].reshape(19, 20)
+        covariance, padding = rows[:, :19], rows[:, 19]
+        if np.array_equal(held[k : k + 3], bias) and not padding.any() and covariance.trace() > 0.0:
+            np.testing.assert_array_equal(covariance, covariance.T)
+            return covariance
+    raise AssertionError("no covariance in the state")
 
 
 @pytest.mark.parametrize("name", ["VQF", "BasicVQF", "offlineVQF", "Fusion"])

@@ -54,6 +54,7 @@ static const ahrs_real MAG_TIME_MAX = AHRS_C(0.2); /* s: rarer samples count as 
 /* Independent views of the field: per second at rest, one per angle in motion, at most so many per second. */
 static const ahrs_real VIEWS_AT_REST = AHRS_C(0.02), VIEW_ANGLE = AHRS_C(0.5), VIEWS_MAX = AHRS_C(1.0);
 static const ahrs_real SETTLED = AHRS_C(20.0); /* time constants: what is left of the first tilt error is 2e-9 */
+static const ahrs_real RATE_BANDWIDTH = AHRS_C(10.0); /* rad/s: people and vehicles turn to and fro no faster */
 static const ahrs_real LOST = AHRS_C(0.03); /* rad2: an attitude less certain than 10 deg begins anew */
 static const ahrs_real TURNED = AHRS_C(6e-4); /* squared difference of rotation matrices: 1 deg */
 static const ahrs_real EVIDENCE_DECIDES = AHRS_C(2980.9579870417283); /* odds of e^8 */
@@ -897,12 +898,25 @@ static void restart_tilt(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     s->rest_time = 0;
 }
 
-/* What a time without a rate costs at the mean squared rate before: certainty of the heading, or the attitude. */
-static void account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_real blind) {
-    const ahrs_real lost = blind * blind * s->job_rate2;
-    const bool all = blind > AHRS_LONGEST_STEP || lost > LOST;
+/* Turns the attitude by what a held rate has missed if the rate has gone straight to where it is now. */
+static void make_good_hold(ahrs_kcf_state *s, ahrs_vec3 rate) {
+    const ahrs_vec3 change = ahrs_vec3_sub(rate, ahrs_vec3_of(s->rate));
+    const ahrs_vec3 missed = ahrs_vec3_scale(change, AHRS_C(0.5) * s->blind);
+    ahrs_quat_to(s->q_int, ahrs_quat_unit(ahrs_quat_mul(ahrs_quat_of(s->q_int), ahrs_quat_exp(missed))));
+    ahrs_vec3_to(s->turn, ahrs_vec3_add(ahrs_vec3_of(s->turn), missed));
+}
+
+/* What a time without a rate costs: certainty of the heading, or the attitude. A rate that swings at RATE_BANDWIDTH is
+ * off a straight line by its second derivative, which over a time T turns by rate bandwidth^2 T^3 / 12. */
+static void account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z) {
+    const ahrs_vec3 rate = ahrs_vec3_sub(z->rate, gyro_error(s, z->rate));
+    const ahrs_real T = s->blind, rate2 = ahrs_max(s->job_rate2, ahrs_vec3_norm2(rate));
+    const ahrs_real lost = rate2 * square(square(RATE_BANDWIDTH) * T * T * T / 12);
+    const bool all = ahrs_max(T, z->dt) > AHRS_LONGEST_STEP || lost > LOST;
     if (all) {
         restart_tilt(s, p);
+    } else {
+        make_good_hold(s, rate);
     }
     turn_field(variance_of(s->cov, FIELD), ROW, s->x + FIELD, all ? 1 : lost);
     turn_field(s->alt_cov, ALT_ROW, s->alt_x, all ? 1 : lost);
@@ -995,7 +1009,7 @@ void ahrs_kcf_update(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_kcf
     }
     const bool held = ahrs_condition(&s->common, AHRS_GYRO_HELD);
     if (z.dt > AHRS_LONGEST_STEP || (s->blind > 0 && !held)) {
-        account_for_blindness(s, p, ahrs_max(s->blind, z.dt));
+        account_for_blindness(s, p, &z);
     }
     s->blind = held ? s->blind + z.dt : 0;
     step(s, p, &z, z.dt);

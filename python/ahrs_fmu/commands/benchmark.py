@@ -20,7 +20,7 @@ EXAMPLES = f"""
 Examples:
   ahrs-fmu benchmark broad                          every estimator over ${RECORDINGS_VARIABLE}
   ahrs-fmu benchmark broad --data BROAD/data_mat --peers
-  ahrs-fmu benchmark broad --estimator kcf --estimator VQF --peers --stress
+  ahrs-fmu benchmark broad --estimators kcf,VQF --peers --stress
 
 docs/accuracy.md tells what the numbers mean.
 """
@@ -38,7 +38,12 @@ def benchmark(
         Path | None, typer.Option(help=f"Folder of the recordings; default: ${RECORDINGS_VARIABLE}.")
     ] = None,
     estimators: Annotated[
-        list[str] | None, typer.Option("--estimator", help="A filter; may be repeated; default: all of them.")
+        list[str] | None,
+        typer.Option(
+            "--estimators",
+            "--estimator",
+            help="Filters, with commas between them; may be repeated; default: all of them.",
+        ),
     ] = None,
     with_peers: Annotated[
         bool, typer.Option("--peers", help="Also filters of other packages (extra: peers).")
@@ -89,12 +94,14 @@ def _chosen(estimators: Sequence[str] | None, with_peers: bool) -> list[str]:
     if not estimators:
         return known
     by_key = {_key(name): name for name in known}
-    unknown = [name for name in estimators if _key(name) not in by_key]
+    wanted = [name.strip() for names in estimators for name in names.split(",")]
+    unknown = [name for name in wanted if _key(name) not in by_key]
     if unknown:
+        peers = "" if with_peers else "; --peers adds those of other packages"
         raise typer.BadParameter(
-            f"no filter {unknown[0]!r}; there are {', '.join(known)}", param_hint="--estimator"
+            f"no filter {unknown[0]!r}; there are {', '.join(known)}{peers}", param_hint="--estimators"
         )
-    return [by_key[_key(name)] for name in estimators]
+    return list(dict.fromkeys(by_key[_key(name)] for name in wanted))
 
 
 def _key(name: str) -> str:

@@ -40,6 +40,8 @@ SETTLED = 20.0
 MISFIT_MAX = 1e4
 MAG_TIME_MAX = 0.2
 VIEWS_AT_REST, VIEW_ANGLE, VIEWS_MAX = 0.02, 0.5, 1.0
+RATE_BANDWIDTH = 10.0
+"""rad/s."""
 LOST = 0.03
 TURNED = 6e-4
 EVIDENCE_DECIDES = np.exp(8.0)
@@ -287,7 +289,7 @@ class KCF(Filter[State]):
         held = self.common.has(Condition.GYRO_HELD)
         over = z.run & ((s["blind"] > 0.0) & ~held | (z.dt > LONGEST_STEP))
         if over.any():
-            account_for_blindness(s, self.p, np.maximum(s["blind"], z.dt), over)
+            account_for_blindness(s, self.p, z, over)
         s.put(z.run, "blind", np.where(held, s["blind"] + z.dt, 0.0))
         self._sample(s, z, z.run, z.dt)
         return s.state(), quaternion.multiply(s["q_north"], s["q_int"])
@@ -1027,12 +1029,18 @@ def run_phase(s: Work, p: Parameters, where: Mask, phase: int) -> None:
     (learn_gyro, follow_field, learn_mag, learn_alternative, apply_corrections, conclude)[phase](s, p, where)
 
 
-def account_for_blindness(s: Work, p: Parameters, blind: Array, where: Mask) -> None:
-    """Pay for a time without a rate: with certainty of the heading, or with the attitude."""
-    lost = blind**2 * s["job_rate2"]
-    everything = where & ((blind > LONGEST_STEP) | (lost > LOST))
+def account_for_blindness(s: Work, p: Parameters, z: Sample, where: Mask) -> None:
+    """Make a held rate good; a time without a rate costs certainty of the heading, or the attitude."""
+    rate, blind = z.rate - gyro_error(s["x"], z.rate), s["blind"]
+    rate2 = np.maximum(s["job_rate2"], dot(rate, rate))
+    lost = rate2 * (RATE_BANDWIDTH**2 * blind**3 / 12.0) ** 2
+    everything = where & ((np.maximum(blind, z.dt) > LONGEST_STEP) | (lost > LOST))
     if everything.any():
         restart_tilt(s, p, everything)
+    missed = (0.5 * blind)[..., None] * (rate - s["rate"])
+    turned = quaternion.normalise(quaternion.multiply(s["q_int"], quaternion.exp(missed)))
+    s.put(where & ~everything, "q_int", turned)
+    s.put(where & ~everything, "turn", s["turn"] + missed)
     variance = np.where(everything, 1.0, lost)
     s.put(where, "cov", s["cov"] + field_turn(N, s["x"], variance))
     s.put(where, "alt_cov", s["alt_cov"] + field_turn(6, s["alt_x"], variance))
