@@ -13,12 +13,14 @@ from matplotlib.figure import Figure
 from ahrs_fmu import descriptors, plots
 from ahrs_fmu.analysis.allan import allan_deviation, fit_allan
 from ahrs_fmu.analysis.design import error_against_crossover, motion_band, noise_of_samples
+from ahrs_fmu.analysis.in_loop import InLoop, thrust_borne
 from ahrs_fmu.analysis.measure import multisine, plan
 from ahrs_fmu.analysis.plots import (
     Spectrum,
     allan_figure,
     bode_figure,
     error_figure,
+    loop_figure,
     noise_figure,
     pole_zero_figure,
     step_figure,
@@ -97,6 +99,15 @@ def test_allan_plot_has_points_and_fitted_lines_of_every_axis() -> None:
     expected = fits["y"].deviation(measured["y"].tau)
     assert any(y.shape == expected.shape and np.allclose(y, expected) for y in fitted)
     assert panel.get_ylabel() == "Allan deviation [rad/s]"
+
+
+def test_cost_in_a_loop_is_drawn_in_decibels_and_degrees() -> None:
+    loop = InLoop(FILTER, seen=thrust_borne(0.26), delay=T)
+    gain, phase = loop_figure({"flight": loop}, (0.1, 50.0), at=6.0).axes
+    omega, decibels = line(gain, "flight")
+    values = loop.respond(omega)
+    np.testing.assert_allclose(decibels, 20.0 * np.log10(np.abs(values)))
+    np.testing.assert_allclose(np.asarray(phase.lines[0].get_ydata()), np.degrees(np.angle(values)))
 
 
 def test_step_and_noise_figures_are_in_degrees_and_percent() -> None:

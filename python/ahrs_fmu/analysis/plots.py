@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from matplotlib import style
@@ -18,14 +17,14 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
-from numpy.typing import ArrayLike
 
 from ahrs_fmu.analysis.allan import AllanDeviation, AllanFit
 from ahrs_fmu.analysis.design import ErrorCurve
 from ahrs_fmu.analysis.equivalent import Equivalent
+from ahrs_fmu.analysis.in_loop import InLoop
 from ahrs_fmu.analysis.measure import FrequencyResponse, deviation
 from ahrs_fmu.analysis.systems import Array, ComplexArray, zeros
-from ahrs_fmu.analysis.theory import ComplementaryFilter, settling_time, step_error
+from ahrs_fmu.analysis.theory import ComplementaryFilter, Responding, settling_time, step_error
 from ahrs_fmu.plots import PAGE_WIDTH, STYLE
 
 BLUE, VERMILION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#666666"
@@ -36,21 +35,6 @@ _COLOURS = (BLUE, VERMILION, GREEN, PURPLE, GREY)
 _DASHES = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2)))
 _INPUTS = ("angle", "gyro")
 _MARKERS = ("o", "s", "^", "D", "v")
-
-
-class Responding(Protocol):
-    """What a Bode plot needs to know of a filter: a `ComplementaryFilter`, or an `Equivalent`."""
-
-    @property
-    def sample_time(self) -> float | None:
-        """Seconds, or None in continuous time."""
-
-    @property
-    def crossover(self) -> float:
-        """Frequency in rad/s where |G_A| = |G_B|."""
-
-    def respond(self, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
-        """Return G_A and G_B at `omega` rad/s."""
 
 
 def bode_figure(
@@ -258,6 +242,35 @@ def allan_figure(
         panel.set_ylabel(f"Allan deviation [{unit}]")
         limits = (tau[0] / 1.3, tau[-1] * 1.3)
         panels.finish("averaging time [s]", "points: record; lines: fit of N, B and K", limits, columns=5)
+    return panels.figure
+
+
+def loop_figure(cases: Mapping[str, InLoop], limits: tuple[float, float], at: float | None = None) -> Figure:
+    """Draw gain and phase from the true attitude to the estimated one, for cases by their names.
+
+    Parameters
+    ----------
+    cases : mapping of str to InLoop
+    limits : tuple of float
+        Range of the frequency axis, rad/s.
+    at : float, optional
+        Crossover of the control loop to mark, rad/s.
+    """
+    panels = _panels([1.7, 1.7])
+    gain, phase = panels.axes
+    omega = np.geomspace(*limits, 400)
+    with style.context(STYLE):
+        for (name, case), colour, dashes in zip(cases.items(), _COLOURS, _DASHES, strict=False):
+            values = case.respond(omega)
+            gain.semilogx(omega, _decibels(values), color=colour, linestyle=dashes, label=name)
+            phase.semilogx(omega, np.degrees(np.angle(values)), color=colour, linestyle=dashes)
+        for panel in panels.axes:
+            panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
+            if at is not None:
+                panel.axvline(at, color=GREY, linewidth=0.7, linestyle=(0, (2, 2)), zorder=1)
+        gain.set_ylabel("gain [dB]")
+        phase.set_ylabel("phase [deg]")
+        panels.finish("frequency [rad/s]", "", limits, columns=len(cases))
     return panels.figure
 
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from control import StateSpace, TransferFunction
@@ -196,6 +196,21 @@ def compensate(h: TransferFunction, time_constant: float, sample_time: float) ->
         )
     _same_sample_time(dt, sample_time)
     return systems.transfer_function(np.polymul(num, [1.0, -c]), np.polymul(den, [1.0, 0.0]), dt)
+
+
+class Responding(Protocol):
+    """What is known of any filter: a `ComplementaryFilter`, or the nearest one to a measured response."""
+
+    @property
+    def sample_time(self) -> float | None:
+        """Seconds, or None in continuous time."""
+
+    @property
+    def crossover(self) -> float:
+        """Frequency in rad/s where |G_A| = |G_B|."""
+
+    def respond(self, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Return G_A and G_B at `omega` rad/s."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ from ahrs_fmu.analysis.measure import (
     shared_stepped_sine,
     stepped_sine,
 )
-from ahrs_fmu.analysis.plots import Responding, bode_figure
+from ahrs_fmu.analysis.plots import bode_figure
 from ahrs_fmu.analysis.quantity import as_json, rows
 from ahrs_fmu.analysis.systems import Array, ComplexArray
 from ahrs_fmu.analysis.theory import (
@@ -35,6 +35,7 @@ from ahrs_fmu.analysis.theory import (
     ComplementaryFilter,
     Gains,
     LowPass,
+    Responding,
     characterise,
     describe,
     filter_of,
