@@ -8,12 +8,16 @@ import numpy as np
 from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from ahrs_fmu.benchmark import Outcome, Row
 from ahrs_fmu.plots import PAGE_WIDTH, STYLE
 
 _HEADING, _INCLINATION = "#D55E00", "#009E73"
-_CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#333333")
+_CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_REST = "#D0D0D0"
+WINDOW = 2.0
+"""s, over which the curves are averaged."""
 LEAST = 0.05
 """deg: smaller errors are not told apart by the optical system."""
 _PARTS = ("total", "heading", "inclination")
@@ -71,23 +75,56 @@ def trial_figure(outcomes: Sequence[Outcome]) -> Figure:
     Returns
     -------
     Figure
-        Total, heading and inclination error below each other.
+        Total, heading and inclination error below each other, as running RMS over `WINDOW`: the best filters
+        in colours with their scores, the others in grey.
     """
+    ranked = sorted(outcomes, key=lambda outcome: outcome.total)
+    best, others = ranked[: len(_CURVES)], ranked[len(_CURVES) :]
     with style.context(STYLE):
-        figure = Figure(figsize=(PAGE_WIDTH, 4.6), layout="constrained")
+        figure = Figure(figsize=(PAGE_WIDTH, 5.2), layout="constrained")
         FigureCanvasAgg(figure)
         panels = figure.subplots(len(_PARTS), 1, sharex=True)
-        for k, outcome in enumerate(outcomes):
-            for panel, column in zip(panels, outcome.curves.T, strict=True):
-                colour = _CURVES[k % len(_CURVES)]
-                panel.plot(outcome.time, column, color=colour, linewidth=0.7, label=outcome.job.label)
-        for panel, part in zip(panels, _PARTS, strict=True):
-            panel.set_ylabel(f"{part}\nerror [deg]")
+        for k, panel in enumerate(panels):
+            for i, outcome in enumerate(others):
+                label = f"{len(others)} more" if i == 0 else "_"
+                panel.plot(
+                    outcome.time, _running_rms(outcome)[:, k], color=_REST, linewidth=0.6, label=label
+                )
+            for outcome, colour in reversed(list(zip(best, _CURVES, strict=False))):
+                label = f"{outcome.job.label}, {outcome.total:.2f} deg"
+                panel.plot(
+                    outcome.time, _running_rms(outcome)[:, k], color=colour, linewidth=1.0, label=label
+                )
+            panel.set_ylabel(f"{_PARTS[k]}\nerror [deg]")
             # Logarithmic: filters differ by factors.
             panel.set_yscale("log")
             panel.set_ylim(bottom=LEAST)
         panels[-1].set_xlabel("time [s]")
-        figure.suptitle(outcomes[0].job.trial.name, fontsize=9.0, x=0.01, ha="left")
         handles, names = panels[0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="upper right", ncols=4, frameon=False, borderaxespad=0.2)
+        figure.legend(
+            handles[::-1],
+            names[::-1],
+            loc="outside upper left",
+            ncols=4,
+            frameon=False,
+            fontsize=7.5,
+            title=f"{outcomes[0].job.trial.name}: score, and RMS over {WINDOW:g} s",
+            title_fontsize=9.0,
+            alignment="left",
+        )
     return figure
+
+
+def _running_rms(outcome: Outcome) -> NDArray[np.float64]:
+    """RMS of the error curves over a moving window; NaN where the truth is unknown all through it."""
+    width = max(1, round(WINDOW / (outcome.time[1] - outcome.time[0]))) if len(outcome.time) > 1 else 1
+    known = np.isfinite(outcome.curves)
+    squares = np.where(known, outcome.curves, 0.0) ** 2
+    window = np.ones(min(width, len(squares)))
+    sums, counts = (
+        np.stack([np.convolve(column, window, mode="same") for column in x.T], axis=-1)
+        for x in (squares, known.astype(np.float64))
+    )
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rms: NDArray[np.float64] = np.sqrt(np.maximum(sums, 0.0) / np.where(counts > 0.5, counts, np.nan))
+    return rms
