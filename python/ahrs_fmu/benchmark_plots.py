@@ -87,9 +87,7 @@ def trial_figure(outcomes: Sequence[Outcome]) -> Figure:
         for k, panel in enumerate(panels):
             for i, outcome in enumerate(others):
                 label = f"{len(others)} more" if i == 0 else "_"
-                panel.plot(
-                    outcome.time, _running_rms(outcome)[:, k], color=_REST, linewidth=0.6, label=label
-                )
+                panel.plot(outcome.time, _running_rms(outcome)[:, k], color=_REST, linewidth=0.6, label=label)
             for outcome, colour in reversed(list(zip(best, _CURVES, strict=False))):
                 label = f"{outcome.job.label}, {outcome.total:.2f} deg"
                 panel.plot(
