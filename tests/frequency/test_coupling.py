@@ -137,10 +137,14 @@ def test_coupled_error_is_stable_up_to_half_the_gains_of_the_decoupled_one() -> 
         assert (np.max(np.abs(poles)) < 1.0) == stable
 
 
-def test_every_axis_of_every_error_shares_one_complementary_split() -> None:
-    for kind in ("coupled", "decoupled", "attitude"):
-        g_a, g_b = gains_on_axes(Gains(1.0, 0.3, 0.05), T, error_model(kind, DIP, TILTED)).respond(OMEGA)
-        np.testing.assert_allclose(g_a + g_b, np.eye(3)[..., None] * np.ones(OMEGA.size), atol=1e-6)
+@pytest.mark.parametrize("gains", ORDERS)
+@pytest.mark.parametrize("sample_time", [None, T])
+@pytest.mark.parametrize("kind", ["coupled", "decoupled", "attitude"])
+def test_every_axis_of_every_error_shares_one_complementary_split(
+    gains: Gains, sample_time: float | None, kind: str
+) -> None:
+    g_a, g_b = gains_on_axes(gains, sample_time, error_model(kind, DIP, TILTED)).respond(OMEGA)
+    np.testing.assert_allclose(g_a + g_b, np.eye(3)[..., None] * np.ones(OMEGA.size), rtol=0, atol=1e-12)
 
 
 def test_rotation_about_the_only_vector_follows_the_gyro_alone() -> None:

@@ -27,7 +27,7 @@ from ahrs_fmu.analysis.design import (
 from ahrs_fmu.analysis.equivalent import Equivalent, small_signal
 from ahrs_fmu.analysis.explain import Explanation
 from ahrs_fmu.analysis.explain import explain as explain_law
-from ahrs_fmu.analysis.plots import allan_figure, error_figure
+from ahrs_fmu.analysis.plots import allan_figure, bode_figure, error_figure
 from ahrs_fmu.analysis.quantity import as_json, rows
 from ahrs_fmu.analysis.sensor_noise import DIP, FIELD, RecordedNoise, noise_of_imu, noise_of_record
 from ahrs_fmu.analysis.theory import Gains, characterise, describe, filter_of
@@ -111,6 +111,9 @@ def design(
         "sample_time": sample_time,
         "characteristics": as_json(found),
     }
+    if noisy is None and save:
+        picture = bode_figure(filter_, title=f"{describe(gains)}; {rate:g} Hz")
+        _print_pictures(plots.save(picture, output / "design" / "bode"))
     if noisy is not None:
         data |= _print_prediction(gains, noisy, sample_time, shaken)
         if save:
