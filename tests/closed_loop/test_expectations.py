@@ -132,3 +132,42 @@ def test_a_clause_that_says_too_little_is_refused(fields: dict[str, object], wor
 def test_a_clause_that_does_not_fit_its_signal_is_refused(fields: dict[str, object], words: str) -> None:
     with pytest.raises(ScenarioError, match=words):
         verdict(**fields)
+
+
+@pytest.mark.parametrize(
+    ("fields", "clause", "limit"),
+    [
+        ({"measure": "max", "at_most": "2 deg"}, "max of a.angle", "≤ 2 deg"),
+        ({"measure": "max", "at_least": 0.5, "from": 3.0}, "max of a.angle from 3 s", "≥ 0.5"),
+        ({"measure": "final", "at_least": "1.5 deg", "at_most": "2 deg", "until": 4.0},
+         "final of a.angle until 4 s", "1.5 to 2 deg"),
+        ({"measure": "max", "at_least": "1 rad", "at_most": "90 deg", "from": 1.0, "until": 4.0},
+         "max of a.angle from 1 s until 4 s", "1 rad to 90 deg"),
+        ({"measure": "recovery", "band": "1 deg", "at_least": 2.0, "at_most": 3.5},
+         "recovery of a.angle (within 1 deg)", "2 to 3.5 s"),
+        ({"measure": "reached", "above": 0.1, "at_most": "15 ms"}, "reached of a.angle above 0.1", "≤ 15 ms"),
+        ({"measure": "reached", "above": 0.1}, "reached of a.angle above 0.1", "at some time"),
+        ({"measure": "never", "below": 0.1}, "never of a.angle below 0.1", "at no time"),
+    ],
+)  # fmt: skip
+def test_a_clause_reads_as_it_is_meant(fields: dict[str, object], clause: str, limit: str) -> None:
+    expectation = msgspec.convert({"signal": "a.angle", **fields}, Expectation)
+    assert (expectation.text, expectation.limit) == (clause, limit)
+
+
+def test_the_moment_of_a_final_value_lies_in_the_last_tenth() -> None:
+    found = verdict(signal="a.angle", measure="final", at_most=0.0)
+    assert found.at is not None
+    assert found.at > 9.0
+
+
+@pytest.mark.parametrize(
+    ("margin", "words"), [(math.inf, "unlimited"), (-math.inf, "unstable"), (0.5, "28.6 deg")]
+)
+def test_a_margin_in_words(margin: float, words: str) -> None:
+    clause = msgspec.convert(
+        {"signal": "a.angle", "measure": "phase_margin", "direction": [1.0], "at_most": "30 deg"}, Expectation
+    )
+    found = judge(clause, RECORDING, ITEMS, -math.inf, {"phase_margin": margin})
+    assert found.value == words
+    assert found.passed == (margin < 0.52)

@@ -70,7 +70,8 @@ _TIMES = ("settling", "recovery", "reached", "never")
 _CONDITIONAL = ("reached", "never")
 _BANDED = ("settling", "recovery")
 _PERCENT = 95.0
-_LAST = 0.1
+LAST = 0.1
+"""Part of the window that counts for `final`."""
 
 
 class Expectation(Data, frozen=True, rename={"from_": "from"}):
@@ -129,22 +130,27 @@ class Expectation(Data, frozen=True, rename={"from_": "from"}):
         for name, value in (("above", self.above), ("below", self.below), ("equals", self.equals)):
             if value is not None:
                 words.append(f"{name} {_shown(value)}")
-        if self.from_ or self.until < math.inf:
-            end = f"{self.until:g}" if self.until < math.inf else "the end"
-            words.append(
-                f"from {self.from_:g} to {end} s" if self.until < math.inf else f"from {self.from_:g} s"
-            )
+        if self.from_:
+            words.append(f"from {self.from_:g} s")
+        if self.until < math.inf:
+            words.append(f"until {self.until:g} s")
         return " ".join(words)
 
     @property
     def limit(self) -> str:
         """The bound in words."""
-        bounds = [
-            f"{sign} {_shown(bound)}"
-            for sign, bound in (("≤", self.at_most), ("≥", self.at_least))
-            if bound is not None
-        ]
-        return " and ".join(bounds) or ("at some time" if self.measure == "reached" else "at no time")
+        if self.at_most is None and self.at_least is None:
+            return "at some time" if self.measure == "reached" else "at no time"
+        low, high = (self._bound(bound) for bound in (self.at_least, self.at_most))
+        if not low or not high:
+            return f"≤ {high}" if high else f"≥ {low}"
+        number, _, unit = low.partition(" ")
+        return f"{number if high.partition(' ')[2] == unit else low} to {high}"
+
+    def _bound(self, value: Quantity | None) -> str:
+        if value is None:
+            return ""
+        return f"{value:g} s" if self.measure in _TIMES and not isinstance(value, str) else _shown(value)
 
     def unit(self, signal_unit: str) -> str:
         """Unit of the measure."""
@@ -189,7 +195,9 @@ class Verdict:
         if math.isnan(self.measured):
             return "did not happen" if self.measure in _CONDITIONAL else "not finite"
         if math.isinf(self.measured):
-            return "never" if self.measure in _TIMES else "unlimited"
+            if self.measure in _TIMES:
+                return "never"
+            return "unlimited" if self.measured > 0.0 else "unstable"
         number, unit = self.measured, self.unit
         if unit.startswith("rad"):
             number, unit = math.degrees(number), unit.replace("rad", "deg", 1)
@@ -261,21 +269,22 @@ def _measured(
             return math.inf, float(time[-1])
         return float(time[outside[-1] + 1] - start), float(time[outside[-1]])
     if measure == "overshoot":
-        tail = values[-max(1, round(_LAST * len(values))) :]
+        tail = values[-max(1, round(LAST * len(values))) :]
         change = float(tail.mean() - values[0])
         if change == 0.0:
             return 0.0, None
         beyond = (values - tail.mean()) / change
         return max(0.0, float(beyond.max())), float(time[np.argmax(beyond)])
-    tail = size[-max(1, round(_LAST * len(size))) :]
+    last = max(1, round(LAST * len(size)))
     found = {
         "rms": float(np.sqrt(np.mean(size**2))),
         "max": float(size.max()),
         "p95": float(np.percentile(size, _PERCENT)),
         "mean": float(values.mean()),
-        "final": float(tail.max()),
+        "final": float(size[-last:].max()),
     }[measure]
-    return found, _worst(expectation, time, size, unit)
+    seen = slice(-last, None) if measure == "final" else slice(None)
+    return found, _worst(expectation, time[seen], size[seen], unit)
 
 
 def _worst(expectation: Expectation, time: Array, size: Array, unit: str) -> float:

@@ -6,7 +6,8 @@ signal. For a signal of several elements the disturbance goes along a direction,
 that roll a quadrotor, and y and u are seen along it.
 
 The phase margin is 180 deg plus the phase of L where |L| = 1; the gain margin is 1/|L| where the phase of L
-is -180 deg. Both are the smallest over the frequencies looked at.
+is -180 deg. Both are the smallest over the frequencies looked at. A loop that moves by itself more than by
+the disturbance is unstable and has no margin.
 """
 
 from __future__ import annotations
@@ -26,9 +27,14 @@ _LOWEST, _HIGHEST, _POINTS = 2.0, 80.0, 24
 _SETTLING = 2.0
 _SHORTEST = 4.0
 _PERIODS = 4
+LONGEST = _SETTLING + max(_SHORTEST, _PERIODS * 2.0 * np.pi / _LOWEST)
+"""How long the longest run of a measurement is, s."""
 _FINE = 4000
 _AMPLITUDE = 0.01
 """Of the disturbance, relative to the size of the signal when undisturbed."""
+_MOST_BESIDES = 1.0
+"""What the signal may do besides, of that amplitude: with the default sensors it is 0.07, near the limit of
+stability 0.4, beyond it 30."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,11 +48,11 @@ class LoopGain:
     response : ndarray of complex, shape (N,)
         L(jw).
     phase_margin : float
-        rad; infinite when |L| does not cross one.
+        rad; infinite when |L| does not cross one, -infinite when the loop is unstable.
     crossover : float
         Where |L| = 1, rad/s; NaN when nowhere.
     gain_margin : float
-        Factor; infinite when the phase does not cross -180 deg.
+        Factor; infinite when the phase does not cross -180 deg, 0 when the loop is unstable.
     phase_crossover : float
         Where it does, rad/s; NaN when nowhere.
     """
@@ -97,10 +103,15 @@ def margins(
     amplitude = _AMPLITUDE * max(float(np.linalg.norm(rest[-1])), _AMPLITUDE)
     found = [_response(system, signal, along * amplitude, float(w)) for w in frequencies]
     system.reset()
-    return _with_margins(frequencies, np.array(found))
+    response = np.array([gain for gain, _ in found])
+    if np.median([besides for _, besides in found]) > _MOST_BESIDES:
+        return LoopGain(frequencies, response, -np.inf, np.nan, 0.0, np.nan)
+    return _with_margins(frequencies, response)
 
 
-def _response(system: System, signal: str, disturbance: Array, frequency: float) -> complex:
+def _response(system: System, signal: str, disturbance: Array, frequency: float) -> tuple[complex, float]:
+    """Gain of the loop, and what the signal does besides, of the amplitude of the disturbance."""
+
     def wave(time: Array) -> Array:
         sine: Array = np.sin(frequency * time)
         return sine
@@ -118,8 +129,9 @@ def _response(system: System, signal: str, disturbance: Array, frequency: float)
     basis = np.column_stack(
         (np.exp(1j * frequency * time), np.exp(-1j * frequency * time), np.ones_like(time), time)
     )
-    (u, y), *_ = np.linalg.lstsq(basis, np.column_stack((seen, source)), rcond=None)[0][:1]
-    return complex(-y / u)
+    coefficients = np.linalg.lstsq(basis, np.column_stack((seen, source)), rcond=None)[0]
+    u, y = coefficients[0]
+    return complex(-y / u), float(np.sqrt(np.mean(np.abs(seen - basis @ coefficients[:, 0]) ** 2)))
 
 
 def _with_margins(frequency: Array, response: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> LoopGain:

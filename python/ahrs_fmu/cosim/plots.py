@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from ahrs_fmu import quaternion, units
 from ahrs_fmu.cosim.derived import AttitudeDifference, magnitude
-from ahrs_fmu.cosim.expectations import MARGINS, Expectation, Verdict
+from ahrs_fmu.cosim.expectations import LAST, MARGINS, Expectation, Verdict
 from ahrs_fmu.cosim.recording import Recording
 from ahrs_fmu.cosim.running import Outcome
 from ahrs_fmu.cosim.scenario import Scenario
@@ -30,6 +30,7 @@ _LOOKS: tuple[dict[str, Any], ...] = (
 _SIGNAL, _BOUND, _FAULT = "#333333", "#D55E00", "#F6DCC8"
 _ROW_HEIGHT = 1.05
 _MOST_SIGNALS = 6
+_NO_SIGN = 0.2
 _DISPLAY = {"rad": "deg", "rad/s": "deg/s", "T": "uT"}
 
 
@@ -109,10 +110,14 @@ def _draw_signal(panel: Axes, recording: Recording, signal: str, expectations: S
     if unit in ("", "1") and (values == np.rint(values)).all():
         # States and flags: a line between them would mean nothing.
         panel.plot(recording.time, values, ".", markersize=1.5, color=_SIGNAL)
+        if set(np.unique(values)) <= {0.0, 1.0}:
+            panel.set_yticks((0.0, 1.0), ("false", "true"))
     else:
         panel.plot(*thinned(recording.time, values), color=_SIGNAL)
     for low, high, bound in _bounds(expectations, unit, float(recording.time[-1])):
-        for level in (factor * bound, -factor * bound) if values.min() < 0.0 else (factor * bound,):
+        # The size of a signal counts; of one that has no sign to speak of, one bound says all.
+        both = values.min() < -_NO_SIGN * factor * bound
+        for level in (factor * bound, -factor * bound) if both else (factor * bound,):
             panel.plot((low, high), (level, level), color=_BOUND, linewidth=0.8, linestyle="--")
     name = signal.replace("_", " ").replace(".", "\n")
     panel.set_ylabel(f"{name} [{shown}]" if shown not in ("", "1") else name)
@@ -143,11 +148,15 @@ def _bounds(
 ) -> Iterator[tuple[float, float, float]]:
     """Where a bound begins and ends, and at what height it is, for those that are a size of the signal."""
     for expectation in expectations:
-        bound = expectation.band if expectation.band is not None else expectation.above
+        start, stop = expectation.from_, min(expectation.until, end)
+        bounds = [expectation.band if expectation.band is not None else expectation.above]
         if expectation.measure in ("max", "p95", "final"):
-            bound = expectation.at_most
-        if bound is not None:
-            yield expectation.from_, min(expectation.until, end), units.quantity(bound, unit)
+            bounds = [expectation.at_most, expectation.at_least]
+        if expectation.measure == "final":
+            start = stop - LAST * (stop - start)
+        for bound in bounds:
+            if bound is not None:
+                yield start, stop, units.quantity(bound, unit)
 
 
 def _shade(panel: Axes, scenario: Scenario, end: float) -> None:

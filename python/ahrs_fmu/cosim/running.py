@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
+
 from ahrs_fmu.cosim import faults, loop_gain
 from ahrs_fmu.cosim import scenario as scenarios
 from ahrs_fmu.cosim.derived import source_of, with_derived
@@ -211,7 +213,10 @@ def _margins(expectation: Expectation, system: System) -> Mapping[str, float]:
 
 def _played(scenario: Scenario, seed: int) -> dict[str, Stepper]:
     """Components made of tables; a manoeuvre may be looked at a step beyond the end."""
-    rows = scenario.rows + 1
+    duration = scenario.duration
+    if any(expectation.measure in MARGINS for expectation in scenario.expect):
+        duration = max(duration, loop_gain.LONGEST)
+    rows = int(np.ceil(duration / scenario.step)) + 1
     found: dict[str, Stepper] = {}
     if scenario.manoeuvre is not None:
         found["manoeuvre"] = scenario.manoeuvre.playback(scenario.step, rows)
