@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 
+import control
 import numpy as np
 import pytest
 
 from ahrs_fmu import quaternion
-from ahrs_fmu.analysis.coupling import error_model, gains_on_axes, scalar_error
+from ahrs_fmu.analysis.coupling import coupled_filter, error_model, gains_on_axes, scalar_error
 from ahrs_fmu.analysis.design import SensorNoise, predict_attitude_rms, predict_rms
-from ahrs_fmu.analysis.theory import Gains, filter_of
+from ahrs_fmu.analysis.theory import Gains, complementary, discretise, filter_of
 from ahrs_fmu.errors import DesignError
 
 T = 0.02
@@ -98,6 +99,16 @@ def test_one_axis_of_unit_gain_is_the_scalar_theory(
     expected = filter_of(gains, sample_time, motion).respond(OMEGA)
     np.testing.assert_allclose(g_a[0, 0], expected[0], rtol=1e-7)
     np.testing.assert_allclose(g_b[0, 0], expected[1], rtol=1e-7)
+
+
+@pytest.mark.parametrize("sample_time", [None, T])
+def test_any_law_closes_the_loop_on_all_axes(sample_time: float | None) -> None:
+    law = control.tf([2.0, 1.0], [1.0, 5.0])
+    h = law if sample_time is None else discretise(law, sample_time)
+    g_a, g_b = coupled_filter(h, error_model("coupled", DIP)).respond(OMEGA)
+    expected = complementary(2.0 * h).respond(OMEGA)
+    np.testing.assert_allclose(g_a[1, 1], expected[0], rtol=1e-9)
+    np.testing.assert_allclose(g_b[1, 1], expected[1], rtol=1e-9)
 
 
 @pytest.mark.parametrize("gains", ORDERS)

@@ -148,6 +148,14 @@ def test_processes_open_the_fmu_and_share_the_frequencies(gcf_file: Callable[[Fm
     assert np.max(np.abs(deviation(response.main, expected.respond(schedule.omega)[0]).magnitude_db)) < 0.01
 
 
+@EVERYTHING
+def test_linear_model_of_an_fmu_of_the_python_back_end_has_the_same_poles(folder: Path) -> None:
+    with Fmu(build_fmu("gcf", fmi="3", backend="python", output=folder / "python")) as fmu:
+        model = linearise(gcf(fmu, SECOND), T, axes=(1,), settle=10.0)
+    found = np.sort_complex(systems.poles(model))
+    np.testing.assert_allclose(found, np.sort_complex(filter_of(SECOND, T).poles), rtol=0, atol=1e-6)
+
+
 @pytest.mark.parametrize("fmi", ["2", "3"])
 @pytest.mark.parametrize("gains", [FIRST, SECOND, THIRD])
 def test_linear_model_of_the_fmu_has_the_poles_of_the_theory(

@@ -256,6 +256,7 @@ def test_initial_error_decays_exponentially_at_first_order() -> None:
 def test_tilt_error_under_acceleration_is_the_low_pass_over_gravity() -> None:
     error = tilt_error(filter_of(Gains(0.5)), [0.0, 0.5], gravity=9.8)
     np.testing.assert_allclose(error, [1.0 / 9.8, math.sqrt(0.5) / 9.8], rtol=1e-12)
+    assert characterise(filter_of(Gains(1.0))).tilt_error == pytest.approx(math.sqrt(0.5) / 9.80665)
 
 
 @pytest.mark.parametrize("ki", [0.1, 400.0, 3000.0])

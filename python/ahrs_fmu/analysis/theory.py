@@ -384,6 +384,9 @@ class Characteristics:
     settling_time: float = quantity("s", "until an initial error stays below 2 %")
     bias_error: float = quantity("s", "angle error per constant gyro bias, rad per rad/s")
     ramp_error: float = quantity("s^2", "angle error per steady drift of the bias, rad per rad/s^2")
+    tilt_error: float = quantity(
+        "rad/(m/s^2)", "tilt per horizontal acceleration at 1 rad/s, in standard gravity"
+    )
     gain_margin: float = quantity("1", "factor by which all gains may rise before the filter is unstable")
     gain_reduction_margin: float = quantity("1", "factor below which all gains must not fall")
     phase_margin: float = quantity("rad", "of the loop at the frequency where its gain is 1")
@@ -409,6 +412,7 @@ def characterise(filter_: ComplementaryFilter) -> Characteristics:
         settling_time=settling_time(filter_) if stable else math.inf,
         bias_error=bias_error(filter_),
         ramp_error=ramp_error(filter_),
+        tilt_error=float(tilt_error(filter_, 1.0)),
         gain_margin=high,
         gain_reduction_margin=low,
         phase_margin=_phase_margin(filter_),
