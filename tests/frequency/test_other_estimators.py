@@ -99,7 +99,7 @@ def measured(
 
 
 def slow_butterworth(omega: np.ndarray, time_constant: float, period: float = 0.05) -> np.ndarray:
-    """The KCF's mean over a slow period, its low-pass (docs/algorithms.md section 6) and the hold until the next."""
+    """Mean over a slow period, low-pass and hold of the KCF (docs/algorithms.md section 6)."""
     w, z = math.sqrt(2.0) / time_constant, np.exp(1j * omega * period)
     den = 1.0 + math.sqrt(2.0) * w * period + (w * period) ** 2
     pull = (w * period) ** 2 / den
