@@ -84,16 +84,16 @@ def trial_figure(outcomes: Sequence[Outcome]) -> Figure:
         figure = Figure(figsize=(PAGE_WIDTH, 5.2), layout="constrained")
         FigureCanvasAgg(figure)
         panels = figure.subplots(len(_PARTS), 1, sharex=True)
-        for k, panel in enumerate(panels):
-            for i, outcome in enumerate(others):
-                label = f"{len(others)} more" if i == 0 else "_"
-                panel.plot(outcome.time, _running_rms(outcome)[:, k], color=_REST, linewidth=0.6, label=label)
-            for outcome, colour in reversed(list(zip(best, _CURVES, strict=False))):
-                label = f"{outcome.job.label}, {outcome.total:.2f} deg"
-                panel.plot(
-                    outcome.time, _running_rms(outcome)[:, k], color=colour, linewidth=1.0, label=label
-                )
-            panel.set_ylabel(f"{_PARTS[k]}\nerror [deg]")
+        grey = [(o, _REST, 0.6, f"{len(others)} more" if o is others[0] else "_") for o in others]
+        coloured = [
+            (o, colour, 1.0, f"{o.job.label}, {o.total:.2f} deg")
+            for o, colour in zip(best, _CURVES, strict=False)
+        ]
+        for outcome, colour, width, label in [*grey, *reversed(coloured)]:
+            for panel, curve in zip(panels, _running_rms(outcome).T, strict=True):
+                panel.plot(outcome.time, curve, color=colour, linewidth=width, label=label)
+        for panel, part in zip(panels, _PARTS, strict=True):
+            panel.set_ylabel(f"{part}\nerror [deg]")
             # Logarithmic: filters differ by factors.
             panel.set_yscale("log")
             panel.set_ylim(bottom=LEAST)

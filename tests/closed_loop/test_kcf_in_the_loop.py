@@ -1,6 +1,7 @@
 """The KCF in the loop of a multirotor that accelerates for seconds on end (docs/accuracy.md).
 
-Every estimator flies on its own estimate: what it gets wrong, the vehicle does.
+Every estimator flies on its own estimate: what it gets wrong, the vehicle does. The components are the C
+cores, which give the bits of the FMUs in the same loop (test_system.py).
 """
 
 from __future__ import annotations
