@@ -33,6 +33,8 @@ def meaning(told: Explanation, topic: str) -> str:
         (Gains(0.5, 0.1), "tilt per 1 m/s2", "a steady acceleration tilts by 5.8 deg"),
         (Gains(0.5, 0.1), "predicted error", "deg heading"),
         (Gains(0.5), "predicted error", "unbounded"),
+        (Gains(0.7, 0.07), "on a multirotor", "18% of a tilt: is seen where it swings with 0.41 rad/s"),
+        (Gains(0.7, 0.07), "on a multirotor", "at 6 rad/s the estimate leads by 6.7 deg"),
         (LowPass(0.4, 0.7), "damping", "errors fade without ringing"),
         (LowPass(0.4, 0.7), "gyro bias", "3.5 deg per deg/s"),
         (LowPass(0.4, 0.7), "stability", "any gain"),

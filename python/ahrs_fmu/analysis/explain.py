@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ahrs_fmu.analysis.coupling import ErrorKind
 from ahrs_fmu.analysis.design import (
     AttitudeBudget,
@@ -13,9 +15,11 @@ from ahrs_fmu.analysis.design import (
     predict_attitude_rms,
     predict_rms,
 )
+from ahrs_fmu.analysis.in_loop import InLoop, thrust_borne
 from ahrs_fmu.analysis.theory import (
     STANDARD_GRAVITY,
     Characteristics,
+    ComplementaryFilter,
     Gains,
     Law,
     LowPass,
@@ -23,6 +27,11 @@ from ahrs_fmu.analysis.theory import (
     filter_of,
     tilt_error,
 )
+
+_DRAG = 0.26
+"""Horizontal drag of the quadrotor in hover, 1/s (docs/vehicle.md)."""
+_ATTITUDE_LOOP = 6.0
+"""Crossover of its attitude loop, rad/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +115,7 @@ def explain(
             f"when the vehicle accelerates slowly (0.1 rad/s); {fast:.2g} deg at 1 Hz; "
             f"a steady acceleration tilts by {math.degrees(1.0 / gravity):.2g} deg",
         ),
+        _in_flight(filter_),
         _stability(found),
     ]
     if lag is not None:
@@ -169,6 +179,23 @@ def _bias(law: Law, found: Characteristics) -> list[Finding]:
             "neither a constant nor a steadily drifting bias leaves an error",
         )
     ]
+
+
+def _in_flight(filter_: ComplementaryFilter) -> Finding:
+    """Say what a multirotor sees of its own tilt (docs/frequency.md section 7)."""
+    loop = InLoop(filter_, seen=thrust_borne(_DRAG), held=False)
+    fastest = math.inf if filter_.sample_time is None else 0.9 * math.pi / filter_.sample_time
+    omega = np.geomspace(0.01, min(100.0, fastest), 500)
+    gain = np.abs(loop.respond(omega))
+    worst = int(np.argmin(gain))
+    at = min(_ATTITUDE_LOOP, fastest)
+    phase = math.degrees(loop.cost(at).phase)
+    return Finding(
+        "on a multirotor",
+        f"{100.0 * gain[worst]:.0f}% of a tilt",
+        f"is seen where it swings with {omega[worst]:.2g} rad/s, as thrust hides tilt from the accelerometer "
+        f"(drag {_DRAG:g} 1/s); at {at:.3g} rad/s the estimate leads by {phase:.2g} deg",
+    )
 
 
 def _stability(found: Characteristics) -> Finding:
