@@ -282,3 +282,34 @@ def run_all(text: str, folder: Path) -> None:
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         scenario.read(tmp_path / "none.cosim.toml")
+
+
+def test_a_table_that_varies_is_laid_over_the_file_and_named_by_its_source(tmp_path: Path) -> None:
+    varied = (
+        '[vary]\n"components.estimator" = [{ model = "gcf", parameters = { kp = 0.3 } }, { model = "kcf" }]\n'
+    )
+    (tmp_path / "loop.cosim.toml").write_text(LOOP + varied)
+    cases = list(scenario.read(tmp_path / "loop.cosim.toml").cases())
+    assert [case.label for case in cases] == ["estimator=gcf-seed=1", "estimator=kcf-seed=1"]
+    assert cases[0].scenario.components["estimator"].parameters == {"initialisation": "given", "kp": 0.3}
+    assert cases[1].scenario.components["estimator"].parameters == {"initialisation": "given"}
+
+
+def test_cases_that_cannot_be_told_apart_are_refused(tmp_path: Path) -> None:
+    twice = (
+        '[vary]\n"components.estimator" = [{ model = "gcf" }, { model = "gcf", parameters = { kp = 0.3 } }]\n'
+    )
+    (tmp_path / "loop.cosim.toml").write_text(LOOP + twice)
+    with pytest.raises(ScenarioError, match=r"vary: two cases are called estimator=gcf-seed=1"):
+        scenario.read(tmp_path / "loop.cosim.toml")
+
+
+def test_a_scenario_is_the_template_of_another(tmp_path: Path) -> None:
+    (tmp_path / "open.cosim.toml").write_text(OPEN)
+    (tmp_path / "longer.cosim.toml").write_text('template = "open.cosim.toml"\nduration = 30.0\n')
+    (case,) = scenario.read(tmp_path / "longer.cosim.toml").cases()
+    assert case.scenario.duration == 30.0
+    assert case.scenario.expect[0].at_most == "10 deg"
+    (tmp_path / "lost.cosim.toml").write_text('template = "none.cosim.toml"\n')
+    with pytest.raises(ScenarioError, match=r"lost.cosim.toml: template = 'none.cosim.toml': there is no"):
+        scenario.read(tmp_path / "lost.cosim.toml")

@@ -28,6 +28,7 @@ def linearise(
     horizon: float = 60.0,
     order: int | None = None,
     angle: float = 1e-3,
+    separate: bool = False,
 ) -> StateSpace:
     """Return the linear model of an estimator about an attitude, from finite differences.
 
@@ -54,12 +55,15 @@ def linearise(
         Number of states; by default those that stand out of the rounding errors.
     angle : float, optional
         Size of the pulses, rad; that of the rate pulses is the same over one sample.
+    separate : bool, optional
+        Turn what the accelerometer sees and what the magnetometer sees one at a time.
 
     Returns
     -------
     control.StateSpace
-        Discrete. Inputs: measured angle about the axes (rad), gyro rate (rad/s). Outputs: estimated angle
-        (rad), gyro bias (rad/s).
+        Discrete. Inputs: measured angle about the axes (rad), gyro rate (rad/s); when separate, the angle
+        that the accelerometer shows, that of the magnetometer, gyro rate. Outputs: estimated angle (rad),
+        gyro bias (rad/s).
     """
     T = require_positive("sample_time", sample_time, "s")
     require_positive("pulse", angle, "rad")
@@ -70,20 +74,30 @@ def linearise(
     replay(stepper, point.sensors(rest, rest), ["q"], T)
     saved = stepper.save()
     steps = math.ceil(horizon / T)
-    chosen = [*axes, *(3 + axis for axis in axes)]
-    sizes = np.repeat([angle, angle / T], 3)
+    seen = [*axes, *(3 + axis for axis in axes)]
+    directions, sizes = _pulses(axes, angle, T, separate)
 
-    def pulse(channel: int, size: float) -> Array:
-        drive = np.zeros((steps, 6))
-        drive[0, channel] = size
+    def pulse(direction: Array) -> Array:
+        drive = np.zeros((steps, 9))
+        drive[0] = direction
         stepper.restore(saved)
-        found = replay(stepper, point.sensors(drive[:, :3], drive[:, 3:]), ["q", "gyro_bias"], T)
-        return np.hstack((point.turned(found["q"]), found["gyro_bias"]))[:, chosen]
+        sensors = point.sensors(drive[:, :3], drive[:, 6:])
+        sensors["mag"] = point.sensors(drive[:, 3:6], drive[:, 6:])["mag"]
+        found = replay(stepper, sensors, ["q", "gyro_bias"], T)
+        return np.hstack((point.turned(found["q"]), found["gyro_bias"]))[:, seen]
 
     markov = np.stack(
-        [(pulse(i, sizes[i]) - pulse(i, -sizes[i])) / (2.0 * sizes[i]) for i in chosen], axis=-1
+        [(pulse(d) - pulse(-d)) / (2.0 * size) for d, size in zip(directions, sizes, strict=True)], axis=-1
     )
     return _realised(markov, T, order)
+
+
+def _pulses(axes: Sequence[int], angle: float, sample_time: float, separate: bool) -> tuple[Array, Array]:
+    """Turns of accelerometer and magnetometer and the gyro's reading (inputs, 9), and their sizes."""
+    accel, mag, gyro = np.eye(9).reshape(3, 3, 9)[:, list(axes)]
+    angles = np.vstack((accel, mag)) if separate else accel + mag
+    directions = np.vstack((angle * angles, angle / sample_time * gyro))
+    return directions, np.max(directions, axis=1)
 
 
 def _realised(markov: Array, sample_time: float, order: int | None) -> StateSpace:
@@ -98,8 +112,8 @@ def _realised(markov: Array, sample_time: float, order: int | None) -> StateSpac
         return blocks.reshape(starts.size * outputs, starts.size * inputs)
 
     # Outputs and inputs of different units get comparable weight.
-    out_scale = np.maximum(np.sqrt(np.mean(markov**2, axis=(0, 2))), 1e-300)
-    in_scale = np.maximum(np.sqrt(np.mean((markov / out_scale[:, None]) ** 2, axis=(0, 1))), 1e-300)
+    out_scale = _size(markov, (0, 2))
+    in_scale = _size(markov / out_scale[:, None], (0, 1))
     left, right = np.tile(out_scale, starts.size), np.tile(in_scale, starts.size)
     u, s, vt = np.linalg.svd(hankel(0) / np.outer(left, right), full_matrices=False)
     states = int(np.count_nonzero(s > _NEGLIGIBLE * s[0])) if order is None else order
@@ -109,3 +123,9 @@ def _realised(markov: Array, sample_time: float, order: int | None) -> StateSpac
     b = (root[:, None] * vt)[:, :inputs] * in_scale
     c = (u * root)[:outputs] * out_scale[:, None]
     return systems.state_space(a, b, c, markov[0], sample_time)
+
+
+def _size(values: Array, axis: tuple[int, int]) -> Array:
+    """Root mean square; one where there is nothing, as of the bias of a filter that learns none."""
+    rms = np.sqrt(np.mean(values**2, axis=axis))
+    return np.where(rms > 0.0, rms, 1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -13,10 +14,11 @@ from ahrs_fmu import plots
 from ahrs_fmu.commands import terminal
 from ahrs_fmu.commands.numbers import write_json
 from ahrs_fmu.cosim import running, scenario
+from ahrs_fmu.cosim.expectations import Verdict
 from ahrs_fmu.cosim.instances import Instances, Via
 from ahrs_fmu.cosim.plots import run_figure
 from ahrs_fmu.cosim.running import Outcome
-from ahrs_fmu.cosim.scenario import Case, ScenarioFile
+from ahrs_fmu.cosim.scenario import Case, ScenarioFile, changes_in_words
 from ahrs_fmu.cosim.ssp import write_ssp
 
 EXAMPLES = """
@@ -61,27 +63,27 @@ def cosim(
     opened = [scenario.read(file) for file in files]
     if via is not None:
         opened = [file.computed_by(via) for file in opened]
-    results: list[dict[str, object]] = []
-    good = True
+    runs = [(file, case) for file in opened for case in file.cases(changes, seeds or None)]
+    results: list[tuple[str, Outcome]] = []
     told: ScenarioFile | None = None
     with Instances(output) as instances:
-        for file in opened:
-            for case in file.cases(changes, seeds or None):
-                outcome = _run(file, case, instances)
-                if file is not told:
-                    _print_flow(outcome)
-                    told = file
-                _print(file, outcome)
-                if plot or show:
-                    _draw(file, outcome, output, show)
-                if record is not None:
-                    _write(outcome, record)
-                if ssp is not None:
-                    _package(file, case, instances, ssp)
-                good = good and outcome.passed
-                results.append(summary(file.name, outcome))
-    write_json({"runs": results}, json)
-    return int(not good)
+        for file, case in runs:
+            outcome = _run(file, case, instances)
+            if file is not told:
+                _print_flow(outcome)
+                told = file
+            _print(file, outcome, in_full=len(runs) == 1 or not outcome.passed)
+            if plot or show:
+                _draw(file, outcome, output, show)
+            if record is not None:
+                _write(outcome, record)
+            if ssp is not None:
+                _package(file, case, instances, ssp)
+            results.append((file.name, outcome))
+    if len(runs) > 1:
+        print_overview(results)
+    write_json({"runs": [summary(name, outcome) for name, outcome in results]}, json)
+    return int(not all(outcome.passed for _, outcome in results))
 
 
 def summary(name: str, outcome: Outcome) -> dict[str, object]:
@@ -116,7 +118,7 @@ def _run(file: ScenarioFile, case: Case, instances: Instances) -> Outcome:
         return running.run(case, instances, file.path.parent, lambda done: progress.advance(task, done))
 
 
-def _print(file: ScenarioFile, outcome: Outcome) -> None:
+def _print(file: ScenarioFile, outcome: Outcome, in_full: bool) -> None:
     recording = outcome.recording
     seconds = f"{recording.time[-1]:.0f} s" if len(recording) else "0 s"
     terminal.OUT.print(
@@ -124,7 +126,7 @@ def _print(file: ScenarioFile, outcome: Outcome) -> None:
     )
     if outcome.failure:
         terminal.OUT.print(f"  stopped: {outcome.failure}")
-    else:
+    elif in_full:
         print_verdicts(outcome)
 
 
@@ -144,6 +146,41 @@ def print_verdicts(outcome: Outcome) -> None:
             verdict.clause, verdict.value, verdict.limit, at, "holds" if verdict.passed else "FAILS"
         )
     terminal.OUT.print(table)
+
+
+def print_overview(results: Sequence[tuple[str, Outcome]]) -> None:
+    """Print one row per run, by the name of its scenario, and one numbered column per clause."""
+    labels = [(name, *_words(outcome.case)) for name, outcome in results]
+    # What all runs have in common does not tell them apart.
+    telling = [[word for word in label if not all(word in other for other in labels)] for label in labels]
+    judged = [verdict for _, outcome in results for verdict in outcome.verdicts]
+    clauses = {verdict.clause: verdict for verdict in judged}
+    table = terminal.table(["run"], [str(number) for number, _ in enumerate(clauses, 1)])
+    table.add_column("verdict")
+    for label, (_, outcome) in zip(telling, results, strict=True):
+        found = {verdict.clause: verdict for verdict in outcome.verdicts}
+        cells = [_cell(found[clause]) if clause in found else "" for clause in clauses]
+        verdict = "stopped" if outcome.failure else "holds" if outcome.passed else "FAILS"
+        table.add_row(" ".join(label), *cells, verdict)
+    terminal.OUT.print(table)
+    for number, clause in enumerate(clauses.values(), 1):
+        terminal.OUT.print(f"{number}: {clause.clause}, {clause.limit}")
+    if not all(verdict.passed for verdict in judged):
+        terminal.OUT.print("!: does not hold")
+
+
+def _words(case: Case) -> list[str]:
+    """What makes a case, in short: a name speaks for itself, a number needs the name of what it is."""
+    words = changes_in_words(case.changes)
+    values = [word.partition("=")[2] for word in words]
+    named = [value if value[:1].islower() else word for word, value in zip(words, values, strict=True)]
+    return [*named, f"seed={case.seed}"]
+
+
+def _cell(verdict: Verdict) -> str:
+    """The measured value, whose unit the limit tells."""
+    number, _, unit = verdict.value.partition(" ")
+    return f"{number if unit in verdict.limit else verdict.value}{'' if verdict.passed else ' !'}"
 
 
 def _draw(file: ScenarioFile, outcome: Outcome, output: Path, show: bool) -> None:

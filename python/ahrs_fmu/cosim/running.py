@@ -148,16 +148,7 @@ def _run(case: Case, system: System, progress: Callable[[int], None] | None) -> 
         return Outcome(case, with_derived(error.recording, scenario.signals), (), *flow, str(error))
     recording = with_derived(recording, scenario.signals)
     items = {name: system.port(name).items for name in wanted}
-    verdicts = [
-        judge(
-            expectation,
-            recording,
-            items,
-            scenario.fault_end,
-            _margins(expectation, system),
-        )
-        for expectation in scenario.expect
-    ]
+    verdicts = [judge(e, recording, items, scenario.fault_end, _margins(e, system)) for e in scenario.expect]
     return Outcome(case, recording, verdicts, *flow)
 
 

@@ -2,9 +2,11 @@
 
 A file NAME.cosim.toml holds the fields of `Scenario`. With ``template = "quadrotor-attitude"`` or
 ``"estimation"`` it only says what differs: tables are merged, lists of connections and records are joined,
-and a connection replaces that of the template to the same input. ``[vary]`` gives lists of values for
-dotted names of fields, such as ``components.estimator.parameters.kp``; every combination with every seed is
-one case.
+and a connection replaces that of the template to the same input. A template may also be another scenario
+file, ``template = "hover.cosim.toml"``, whose seeds and variations are not taken. ``[vary]`` gives lists of
+values for dotted names of fields, such as ``components.estimator.parameters.kp``; a table is merged with
+that of the file, so that ``components.estimator`` varies the model together with its parameters. Every
+combination with every seed is one case.
 """
 
 from __future__ import annotations
@@ -38,6 +40,7 @@ _TEMPLATES = "templates"
 _LONGEST_VALUE = 24
 """Of a label, characters."""
 _JOINED = ("connections", "start_values", "record")
+_SOURCES = ("model", "fmu", "class")
 _NAME_OF_FILE_ONLY = ("template", "vary", "seeds")
 _NAMED: Mapping[str, Any] = {"components": Component, "faults": AnyFault, "signals": Derived}
 """Tables whose keys are names that a user gives."""
@@ -250,8 +253,11 @@ def read(path: str | Path) -> ScenarioFile:
     path = Path(path)
     made = parse(path.read_text(encoding="utf-8"), path)
     # What does not fit is told now and not case by case.
-    for _ in made.cases():
-        pass
+    labels = [case.label for case in made.cases()]
+    if twice := [label for label in labels if labels.count(label) > 1]:
+        raise ScenarioError(
+            f"{path.name}: vary: two cases are called {twice[0]}: vary what differs by its own name"
+        )
     return made
 
 
@@ -282,7 +288,7 @@ def from_table(table: Mapping[str, Any], path: Path) -> ScenarioFile:
     except msgspec.ValidationError as error:
         raise ScenarioError(f"{path.name}: {in_words(str(error))}") from None
     own = {name: value for name, value in table.items() if name not in _NAME_OF_FILE_ONLY}
-    merged = own if head.template is None else _merged(_template(head.template, path.name), own)
+    merged = own if head.template is None else _merged(_template(head.template, path), own)
     return ScenarioFile(path, merged, head.seeds, head.vary)
 
 
@@ -312,16 +318,25 @@ def _short(name: str, among: Mapping[str, object]) -> str:
 
 
 def _value_in_words(value: object) -> str:
+    if isinstance(value, Mapping):
+        named = [str(value[key]) for key in _SOURCES if key in value]
+        return ",".join(named or [f"{key}={_value_in_words(v)}" for key, v in value.items()])
     if isinstance(value, float):
         return f"{value:.6g}"
     text = str(value).replace(" ", "")
     return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}…"
 
 
-def _template(name: str, file: str) -> dict[str, Any]:
+def _template(name: str, path: Path) -> Mapping[str, Any]:
+    if name.endswith(SUFFIX):
+        other = path.parent / name
+        if not other.is_file():
+            raise ScenarioError(f"{path.name}: template = '{name}': there is no such file beside it")
+        return parse(other.read_text(encoding="utf-8"), other).table
     if name not in template_names():
         raise ScenarioError(
-            f"{file}: template = '{name}' is unknown; there are {', '.join(template_names())}"
+            f"{path.name}: template = '{name}' is unknown; there are {', '.join(template_names())}, "
+            f"or another file NAME{SUFFIX}"
         )
     text = resources.files("ahrs_fmu.cosim").joinpath(_TEMPLATES, f"{name}.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
@@ -371,8 +386,12 @@ def _put(table: dict[str, Any], name: str, value: object, file: str) -> None:
             place = place.setdefault(part, {})
         if not isinstance(place, dict):
             raise ScenarioError(f"{file}: there is no field '{name}': '{'.'.join(way[: i + 1])}' is no table")
-    # Numbers of a script may be numpy's.
-    place[last] = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    old = place.get(last)
+    if isinstance(old, Mapping) and isinstance(value, Mapping):
+        place[last] = _overlaid(old, value)
+    else:
+        # Numbers of a script may be numpy's.
+        place[last] = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def _entry_error(table: Mapping[str, Any]) -> str | None:

@@ -265,12 +265,15 @@ class System:
         ScenarioError
             If there is no such output.
         """
-        chain = self._taps.setdefault(self._split(signal, "outputs"), [])
-        chain.append(tap)
+        key = self._split(signal, "outputs")
+        before = self._taps.get(key)
+        self._taps[key] = [*(before or ()), tap]
         try:
             yield
         finally:
-            chain.remove(tap)
+            del self._taps[key]
+            if before is not None:
+                self._taps[key] = before
 
     def save(self) -> SavedSystem:
         """Return the state of all components, for `restore`."""
