@@ -36,6 +36,7 @@ OWN_OPTIONS: dict[str, dict[str, dict[str, object]]] = {
     "adaptive_ckf": {
         "not adaptive": {"adaptation": "none", "process_noise": "isotropic", "quaternion_noise": 0.01},
         "safe": {"adaptation": "qr_safe", "warm_up": 20},
+        "printed": {"adaptation": "printed", "process_noise": "isotropic", "measurement_variance_min": 1.0},
         "moving": {"motion_compensation": True, "motion_noise": 1.0, "forgetting": 0.98},
     },
     "mahony": {"small bias limit": {"bias_limit": 0.01}},

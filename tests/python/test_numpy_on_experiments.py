@@ -59,6 +59,11 @@ def test_every_setting_gives_the_same_at_the_beginning_of_a_swing(setting: str) 
     by_setting(setting, "ac/swing", FEW)
 
 
+def test_a_filter_that_fails_is_the_same_up_to_there() -> None:
+    """The textbook form of the adaptive CKF is reset at sample 1346."""
+    by_setting("adaptive CKF, textbook", "gc/circ", 1400)
+
+
 @pytest.mark.parametrize("scenario", scenarios.names())
 def test_every_experiment_begins_the_same(scenario: str) -> None:
     by_setting("MEKF", scenario, FEW)

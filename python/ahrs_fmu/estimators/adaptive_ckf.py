@@ -179,8 +179,10 @@ def adapted(p: Parameters, state: State, q: Array, c: _Correction, f: Array, tur
     without[..., _HEADING, :] = state.measurement[..., _HEADING, :]
     without[..., :, _HEADING] = state.measurement[..., :, _HEADING]
     found = symmetric(select(c.heading, found, without))
-    low, high = p.measurement_variance_min, p.measurement_variance_max
-    state = state._replace(measurement=bounded(found, low, high))
+    # The published forms have no limits.
+    if p.adaptation in ("r_only", "qr_safe"):
+        found = bounded(found, p.measurement_variance_min, p.measurement_variance_max)
+    state = state._replace(measurement=found)
     if p.adaptation == "r_only":
         return state
     growth = outer(c.change, c.change)
