@@ -7,8 +7,8 @@
 /* Unscented Kalman filter with gyroscope bias, in square-root form. States and noise are those of the
  * multiplicative extended Kalman filter; means and covariances are taken over twelve points around the
  * estimate and the estimate itself. The defaults weight the points equally and the estimate not at all,
- * which are the cubature rules. A small alpha draws the points together and gives them large weights of both
- * signs, which single precision does not bear.
+ * which are the cubature rules. A small alpha draws the points together, until in single precision little
+ * more than rounding is left of their differences.
  */
 
 typedef struct {

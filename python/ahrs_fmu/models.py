@@ -1782,7 +1782,7 @@ class UKF(Estimator):
     States and noise are those of the multiplicative extended Kalman filter; means and covariances are
     taken over twelve points around the estimate and the estimate itself. The defaults weight the points
     equally and the estimate not at all, which are the cubature rules. A small alpha draws the points
-    together and gives them large weights of both signs, which single precision does not bear.
+    together, until in single precision little more than rounding is left of their differences.
 
     Parameters
     ----------

@@ -33,8 +33,8 @@ HASHES = {
     ("mekf", "single"): "78245368e8a902ef",
     ("strapdown", "double"): "a7bbcbad30879270",
     ("strapdown", "single"): "9dde35e1c54d5e21",
-    ("ukf", "double"): "a6754e2c1be2aa0f",
-    ("ukf", "single"): "a15954d61d06a1ec",
+    ("ukf", "double"): "3bb729cf30c9ea5d",
+    ("ukf", "single"): "f923222f2d2257a6",
 }
 
 

@@ -2,8 +2,8 @@
  *
  * The covariance is kept as its triangular root. The points lie in pairs around the estimate; a pair's difference and its
  * sum, instead of the points themselves, make columns in which most elements are zero. Root and noise are put side by side
- * and made triangular by reflections, which squares nothing and cannot lose positive definiteness; the estimate's own
- * weight, which may be negative, is added to the result. */
+ * and made triangular by reflections, which squares nothing and cannot lose positive definiteness. What is left of the
+ * estimate's own weight, which may be negative, is added to the result. */
 #include "ahrs_ukf.h"
 #include "attitude_error.h"
 #include "matrix.h"
@@ -14,10 +14,12 @@ enum { N = 6, ROTATION = 3, Z = 6, PAIRS = N, COLUMNS = N + N + Z, ROOT = AHRS_T
 /* rad2: the points of a rotation spread further than this would meet behind the back. */
 static const ahrs_real ROTATION_VARIANCE_MAX = AHRS_C(1.0);
 
-/* Distance of the points in standard deviations, and the weights: of each point, of the estimate in the mean and in the
- * covariance. */
+/* Distance of the points in standard deviations, the weight of each, and how a covariance is summed up: over deviations
+ * from the mean or from the estimate, and `own` times the square of what lies between the two. Both sums are the same, but
+ * about the mean `own` is the estimate's weight, -10^6 for alpha 0.001: then the other one is free of cancellation. */
 typedef struct {
-    ahrs_real distance, point, mean, covariance;
+    ahrs_real distance, point, own;
+    bool about_mean;
 } weights;
 
 /* One measured direction or two, in units of their noise. */
@@ -30,8 +32,10 @@ typedef struct {
 
 static weights weights_of(const ahrs_ukf_params *p) {
     const ahrs_real spread = p->alpha * p->alpha * ((ahrs_real)N + p->kappa);
-    const ahrs_real mean = 1 - (ahrs_real)N / spread;
-    return (weights){ahrs_sqrt(spread), AHRS_C(0.5) / spread, mean, mean + 1 - p->alpha * p->alpha + p->beta};
+    const ahrs_real about_estimate = p->beta - p->alpha * p->alpha;
+    const ahrs_real about_mean = 2 - (ahrs_real)N / spread + about_estimate;
+    const bool mean = ahrs_abs(about_mean) <= ahrs_abs(about_estimate);
+    return (weights){ahrs_sqrt(spread), AHRS_C(0.5) / spread, mean ? about_mean : about_estimate, mean};
 }
 
 static void start(ahrs_ukf_state *s, const ahrs_ukf_params *p) {
@@ -95,7 +99,7 @@ static bool predict(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_samp
         }
     }
     for (int32_t j = 0; j < PAIRS; j++) {
-        const ahrs_vec3 sum = ahrs_vec3_add_scaled(ahrs_vec3_add(side[j][0], side[j][1]), -2, mean);
+        const ahrs_vec3 sum = ahrs_vec3_add_scaled(ahrs_vec3_add(side[j][0], side[j][1]), w->about_mean ? -2 : 0, mean);
         set_column(a, COLUMNS, j, ahrs_vec3_scale(ahrs_vec3_sub(side[j][0], side[j][1]), half));
         set_column(a, COLUMNS, j + PAIRS, ahrs_vec3_scale(sum, half));
         set_column(bias_rows, COLUMNS, j, column(s->root, ROTATION, j, 1));
@@ -113,9 +117,9 @@ static bool predict(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_samp
     if (!ahrs_triangle_of(N, COLUMNS, a, s->root)) {
         return false;
     }
-    const ahrs_real own = ahrs_sqrt(ahrs_abs(w->covariance));
+    const ahrs_real own = ahrs_sqrt(ahrs_abs(w->own));
     ahrs_real x[N] = {own * mean.x, own * mean.y, own * mean.z};
-    if (own > 0 && !ahrs_add_square(N, s->root, x, w->covariance < 0 ? -1 : 1)) {
+    if (own > 0 && !ahrs_add_square(N, s->root, x, w->own < 0 ? -1 : 1)) {
         return false;
     }
     limit_rotation(s->root);
@@ -158,17 +162,15 @@ static void expected(const measurement *m, ahrs_quat q, ahrs_real out[Z]) {
  * together: what stands below the measurement's own root is the gain, and beside it is the root that is left. */
 static bool correct(ahrs_ukf_state *s, const measurement *m, const weights *w, ahrs_quat *q, ahrs_vec3 *bias) {
     const int32_t rows = m->rows, columns = rows + 2 * PAIRS, all = rows + N;
-    const ahrs_real half = ahrs_sqrt(AHRS_C(0.5) * w->point), own = ahrs_sqrt(ahrs_abs(w->covariance));
+    const ahrs_real half = ahrs_sqrt(AHRS_C(0.5) * w->point), own = ahrs_sqrt(ahrs_abs(w->own));
     ahrs_real a[(Z + N) * COLUMNS] = {0}, root[AHRS_TRIANGLE(Z + N)], x[Z + N] = {0};
-    ahrs_real centre[Z], mean[Z], side[PAIRS][2][Z], e[Z], change[N] = {0};
+    ahrs_real centre[Z], mean[Z] = {0}, side[PAIRS][2][Z], e[Z], change[N] = {0};
     expected(m, *q, centre);
-    for (int32_t i = 0; i < rows; i++) {
-        mean[i] = w->mean * centre[i];
-    }
     for (int32_t j = 0; j < PAIRS; j++) {
         for (int32_t k = 0; k < 2; k++) {
             expected(m, ahrs_quat_turn(*q, column(s->root, 0, j, k == 0 ? w->distance : -w->distance)), side[j][k]);
             for (int32_t i = 0; i < rows; i++) {
+                side[j][k][i] -= centre[i];
                 mean[i] += w->point * side[j][k][i];
             }
         }
@@ -177,11 +179,11 @@ static bool correct(ahrs_ukf_state *s, const measurement *m, const weights *w, a
         ahrs_real *const row = &a[i * columns];
         row[i] = 1;
         for (int32_t j = 0; j < PAIRS; j++) {
-            row[rows + j] = half * (side[j][0][i] + side[j][1][i] - 2 * mean[i]);
+            row[rows + j] = half * (side[j][0][i] + side[j][1][i] - (w->about_mean ? 2 * mean[i] : 0));
             row[rows + PAIRS + j] = half * (side[j][0][i] - side[j][1][i]);
         }
-        x[i] = own * (centre[i] - mean[i]);
-        e[i] = m->measured[i] - mean[i];
+        x[i] = own * mean[i];
+        e[i] = m->measured[i] - centre[i] - mean[i];
     }
     for (int32_t i = 0; i < N; i++) {
         for (int32_t j = 0; j <= i; j++) {
@@ -189,7 +191,7 @@ static bool correct(ahrs_ukf_state *s, const measurement *m, const weights *w, a
         }
     }
     if (!ahrs_triangle_of(all, columns, a, root) ||
-        (own > 0 && !ahrs_add_square(all, root, x, w->covariance < 0 ? -1 : 1))) {
+        (own > 0 && !ahrs_add_square(all, root, x, w->own < 0 ? -1 : 1))) {
         return false;
     }
     ahrs_solve_lower(rows, root, e);

@@ -87,16 +87,16 @@ static const uint32_t limit_2_vrs[] = {223, 200};
 
 static bool limit_3(const void *data) {
     const ahrs_ukf_params *p = &((const instance *)data)->params;
-    return (((p->alpha * p->alpha) * (6 + p->kappa)) >= AHRS_C(0.029)) || (AHRS_REAL_EPSILON < AHRS_C(1e-09));
+    return (p->alpha >= AHRS_C(0.01)) || (AHRS_REAL_EPSILON < AHRS_C(1e-09));
 }
 
-static const uint32_t limit_3_vrs[] = {1090, 1092};
+static const uint32_t limit_3_vrs[] = {1090};
 
 static const fmu_limit limits[] = {
     {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, limit_0_vrs, 2, limit_0},
     {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, limit_1_vrs, 2, limit_1},
     {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, limit_2_vrs, 2, limit_2},
-    {"alpha*alpha*(6 + kappa) >= 0.029 or epsilon < 1e-9", "in single precision the weights of so small a spread cancel, and the covariance is lost: use double, or alpha 0.1 or larger", false, limit_3_vrs, 2, limit_3},
+    {"alpha >= 0.01 or epsilon < 1e-9", "in single precision little more than rounding is left of the points of so small an alpha: use double, or a larger alpha", false, limit_3_vrs, 1, limit_3},
 };
 
 void ahrs_ukf_defaults(ahrs_ukf_params *p, ahrs_ukf_inputs *u) {

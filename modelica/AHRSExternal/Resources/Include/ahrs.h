@@ -6234,8 +6234,8 @@ static const fmu_model ahrs_strapdown_model = {
 /* Unscented Kalman filter with gyroscope bias, in square-root form. States and noise are those of the
  * multiplicative extended Kalman filter; means and covariances are taken over twelve points around the
  * estimate and the estimate itself. The defaults weight the points equally and the estimate not at all,
- * which are the cubature rules. A small alpha draws the points together and gives them large weights of both
- * signs, which single precision does not bear.
+ * which are the cubature rules. A small alpha draws the points together, until in single precision little
+ * more than rounding is left of their differences.
  */
 
 typedef struct {
@@ -6283,18 +6283,20 @@ static inline void ahrs_ukf_outputs(const ahrs_ukf_state *s, const ahrs_ukf_para
  *
  * The covariance is kept as its triangular root. The points lie in pairs around the estimate; a pair's difference and its
  * sum, instead of the points themselves, make columns in which most elements are zero. Root and noise are put side by side
- * and made triangular by reflections, which squares nothing and cannot lose positive definiteness; the estimate's own
- * weight, which may be negative, is added to the result. */
+ * and made triangular by reflections, which squares nothing and cannot lose positive definiteness. What is left of the
+ * estimate's own weight, which may be negative, is added to the result. */
 
 enum { ukf_N = 6, ukf_ROTATION = 3, ukf_Z = 6, ukf_PAIRS = ukf_N, ukf_COLUMNS = ukf_N + ukf_N + ukf_Z, ukf_ROOT = AHRS_TRIANGLE(ukf_N) };
 
 /* rad2: the points of a rotation spread further than this would meet behind the back. */
 static const ahrs_real ukf_ROTATION_VARIANCE_MAX = AHRS_C(1.0);
 
-/* Distance of the points in standard deviations, and the weights: of each point, of the estimate in the mean and in the
- * covariance. */
+/* Distance of the points in standard deviations, the weight of each, and how a covariance is summed up: over deviations
+ * from the mean or from the estimate, and `own` times the square of what lies between the two. Both sums are the same, but
+ * about the mean `own` is the estimate's weight, -10^6 for alpha 0.001: then the other one is free of cancellation. */
 typedef struct {
-    ahrs_real distance, point, mean, covariance;
+    ahrs_real distance, point, own;
+    bool about_mean;
 } ukf_weights;
 
 /* One measured direction or two, in units of their noise. */
@@ -6307,8 +6309,10 @@ typedef struct {
 
 static ukf_weights ukf_weights_of(const ahrs_ukf_params *p) {
     const ahrs_real spread = p->alpha * p->alpha * ((ahrs_real)ukf_N + p->kappa);
-    const ahrs_real mean = 1 - (ahrs_real)ukf_N / spread;
-    return (ukf_weights){ahrs_sqrt(spread), AHRS_C(0.5) / spread, mean, mean + 1 - p->alpha * p->alpha + p->beta};
+    const ahrs_real about_estimate = p->beta - p->alpha * p->alpha;
+    const ahrs_real about_mean = 2 - (ahrs_real)ukf_N / spread + about_estimate;
+    const bool mean = ahrs_abs(about_mean) <= ahrs_abs(about_estimate);
+    return (ukf_weights){ahrs_sqrt(spread), AHRS_C(0.5) / spread, mean ? about_mean : about_estimate, mean};
 }
 
 static void ukf_start(ahrs_ukf_state *s, const ahrs_ukf_params *p) {
@@ -6372,7 +6376,7 @@ static bool ukf_predict(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_
         }
     }
     for (int32_t j = 0; j < ukf_PAIRS; j++) {
-        const ahrs_vec3 sum = ahrs_vec3_add_scaled(ahrs_vec3_add(side[j][0], side[j][1]), -2, mean);
+        const ahrs_vec3 sum = ahrs_vec3_add_scaled(ahrs_vec3_add(side[j][0], side[j][1]), w->about_mean ? -2 : 0, mean);
         ukf_set_column(a, ukf_COLUMNS, j, ahrs_vec3_scale(ahrs_vec3_sub(side[j][0], side[j][1]), half));
         ukf_set_column(a, ukf_COLUMNS, j + ukf_PAIRS, ahrs_vec3_scale(sum, half));
         ukf_set_column(bias_rows, ukf_COLUMNS, j, ukf_column(s->root, ukf_ROTATION, j, 1));
@@ -6390,9 +6394,9 @@ static bool ukf_predict(ahrs_ukf_state *s, const ahrs_ukf_params *p, const ahrs_
     if (!ahrs_triangle_of(ukf_N, ukf_COLUMNS, a, s->root)) {
         return false;
     }
-    const ahrs_real own = ahrs_sqrt(ahrs_abs(w->covariance));
+    const ahrs_real own = ahrs_sqrt(ahrs_abs(w->own));
     ahrs_real x[ukf_N] = {own * mean.x, own * mean.y, own * mean.z};
-    if (own > 0 && !ahrs_add_square(ukf_N, s->root, x, w->covariance < 0 ? -1 : 1)) {
+    if (own > 0 && !ahrs_add_square(ukf_N, s->root, x, w->own < 0 ? -1 : 1)) {
         return false;
     }
     ukf_limit_rotation(s->root);
@@ -6435,17 +6439,15 @@ static void ukf_expected(const ukf_measurement *m, ahrs_quat q, ahrs_real out[uk
  * together: what stands below the measurement's own root is the gain, and beside it is the root that is left. */
 static bool ukf_correct(ahrs_ukf_state *s, const ukf_measurement *m, const ukf_weights *w, ahrs_quat *q, ahrs_vec3 *bias) {
     const int32_t rows = m->rows, columns = rows + 2 * ukf_PAIRS, all = rows + ukf_N;
-    const ahrs_real half = ahrs_sqrt(AHRS_C(0.5) * w->point), own = ahrs_sqrt(ahrs_abs(w->covariance));
+    const ahrs_real half = ahrs_sqrt(AHRS_C(0.5) * w->point), own = ahrs_sqrt(ahrs_abs(w->own));
     ahrs_real a[(ukf_Z + ukf_N) * ukf_COLUMNS] = {0}, root[AHRS_TRIANGLE(ukf_Z + ukf_N)], x[ukf_Z + ukf_N] = {0};
-    ahrs_real centre[ukf_Z], mean[ukf_Z], side[ukf_PAIRS][2][ukf_Z], e[ukf_Z], change[ukf_N] = {0};
+    ahrs_real centre[ukf_Z], mean[ukf_Z] = {0}, side[ukf_PAIRS][2][ukf_Z], e[ukf_Z], change[ukf_N] = {0};
     ukf_expected(m, *q, centre);
-    for (int32_t i = 0; i < rows; i++) {
-        mean[i] = w->mean * centre[i];
-    }
     for (int32_t j = 0; j < ukf_PAIRS; j++) {
         for (int32_t k = 0; k < 2; k++) {
             ukf_expected(m, ahrs_quat_turn(*q, ukf_column(s->root, 0, j, k == 0 ? w->distance : -w->distance)), side[j][k]);
             for (int32_t i = 0; i < rows; i++) {
+                side[j][k][i] -= centre[i];
                 mean[i] += w->point * side[j][k][i];
             }
         }
@@ -6454,11 +6456,11 @@ static bool ukf_correct(ahrs_ukf_state *s, const ukf_measurement *m, const ukf_w
         ahrs_real *const row = &a[i * columns];
         row[i] = 1;
         for (int32_t j = 0; j < ukf_PAIRS; j++) {
-            row[rows + j] = half * (side[j][0][i] + side[j][1][i] - 2 * mean[i]);
+            row[rows + j] = half * (side[j][0][i] + side[j][1][i] - (w->about_mean ? 2 * mean[i] : 0));
             row[rows + ukf_PAIRS + j] = half * (side[j][0][i] - side[j][1][i]);
         }
-        x[i] = own * (centre[i] - mean[i]);
-        e[i] = m->measured[i] - mean[i];
+        x[i] = own * mean[i];
+        e[i] = m->measured[i] - centre[i] - mean[i];
     }
     for (int32_t i = 0; i < ukf_N; i++) {
         for (int32_t j = 0; j <= i; j++) {
@@ -6466,7 +6468,7 @@ static bool ukf_correct(ahrs_ukf_state *s, const ukf_measurement *m, const ukf_w
         }
     }
     if (!ahrs_triangle_of(all, columns, a, root) ||
-        (own > 0 && !ahrs_add_square(all, root, x, w->covariance < 0 ? -1 : 1))) {
+        (own > 0 && !ahrs_add_square(all, root, x, w->own < 0 ? -1 : 1))) {
         return false;
     }
     ahrs_solve_lower(rows, root, e);
@@ -6611,16 +6613,16 @@ static const uint32_t ukf_limit_2_vrs[] = {223, 200};
 
 static bool ukf_limit_3(const void *data) {
     const ahrs_ukf_params *p = &((const ukf_instance *)data)->params;
-    return (((p->alpha * p->alpha) * (6 + p->kappa)) >= AHRS_C(0.029)) || (AHRS_REAL_EPSILON < AHRS_C(1e-09));
+    return (p->alpha >= AHRS_C(0.01)) || (AHRS_REAL_EPSILON < AHRS_C(1e-09));
 }
 
-static const uint32_t ukf_limit_3_vrs[] = {1090, 1092};
+static const uint32_t ukf_limit_3_vrs[] = {1090};
 
 static const fmu_limit ukf_limits[] = {
     {"initialisation == sensors or q0[0]*q0[0] + q0[1]*q0[1] + q0[2]*q0[2] + q0[3]*q0[3] > 1e-6", "q0 has no direction: give a quaternion of about unit length", false, ukf_limit_0_vrs, 2, ukf_limit_0},
     {"not motion_compensation or motion_time_constant < inf", "tilt is not observed at all with an infinite motion_time_constant: use it for bursts of less than half a minute only", true, ukf_limit_1_vrs, 2, ukf_limit_1},
     {"accel_cutoff*sample_time < 0.4", "the low-pass needs more than two samples per period: lower accel_cutoff or sample_time", false, ukf_limit_2_vrs, 2, ukf_limit_2},
-    {"alpha*alpha*(6 + kappa) >= 0.029 or epsilon < 1e-9", "in single precision the weights of so small a spread cancel, and the covariance is lost: use double, or alpha 0.1 or larger", false, ukf_limit_3_vrs, 2, ukf_limit_3},
+    {"alpha >= 0.01 or epsilon < 1e-9", "in single precision little more than rounding is left of the points of so small an alpha: use double, or a larger alpha", false, ukf_limit_3_vrs, 1, ukf_limit_3},
 };
 
 static inline void ahrs_ukf_defaults(ahrs_ukf_params *p, ahrs_ukf_inputs *u) {
