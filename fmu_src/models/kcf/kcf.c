@@ -43,7 +43,10 @@ static const ahrs_real REST_ACCEL = AHRS_C(0.5);                                
 
 static const ahrs_real IRON_VARIANCE_MAX = AHRS_C(4.0); /* of the field: nothing more is unknown than that */
 static const ahrs_real IRON_MAX = AHRS_C(10.0), SCALE_MAX = AHRS_C(0.2), LATENCY_MAX = AHRS_C(0.1);
-static const ahrs_real SENSE_POWER = AHRS_C(0.5), SENSE_OPPOSED = AHRS_C(0.3), SENSE_GRAVITY = AHRS_C(0.85);
+/* A swapped sign makes the correlation -1 of the power. Little rotation has to show it more clearly. */
+static const ahrs_real SENSE_POWER = AHRS_C(0.5), SENSE_OPPOSED = AHRS_C(0.3);
+static const ahrs_real SENSE_LEAST_POWER = AHRS_C(0.15), SENSE_CLEARLY = AHRS_C(0.7);
+static const ahrs_real SENSE_GRAVITY = AHRS_C(0.85);
 static const ahrs_real LAG_MAX = AHRS_C(0.3); /* rad */
 static const ahrs_real MISFIT_MAX = AHRS_C(1e4);
 /* Views of the field after which a misfit is no hard iron, and after which a field without misfit is known. */
@@ -338,7 +341,8 @@ static void compare_all_senses(ahrs_kcf_state *s, const ahrs_sample *z, ahrs_rea
 static bool opposes(const ahrs_real *sense, const ahrs_real *power) {
     bool found = false;
     for (int i = 0; i < 3; i++) {
-        found = found || (power[i] > SENSE_POWER && sense[i] < -SENSE_OPPOSED * power[i]);
+        const ahrs_real enough = power[i] > SENSE_POWER ? SENSE_OPPOSED : SENSE_CLEARLY;
+        found = found || (power[i] > SENSE_LEAST_POWER && sense[i] < -enough * power[i]);
     }
     return found;
 }

@@ -33,7 +33,9 @@ REST_TIME, REST_START_TIME, REST_FILTER_TIME = 1.4999, 0.4999, 0.5
 REST_GYRO, REST_ACCEL = np.radians(2.0), 0.5
 IRON_VARIANCE_MAX = 4.0
 IRON_MAX, SCALE_MAX, LATENCY_MAX = 10.0, 0.2, 0.1
-SENSE_POWER, SENSE_OPPOSED, SENSE_GRAVITY = 0.5, 0.3, 0.85
+SENSE_POWER, SENSE_OPPOSED = 0.5, 0.3
+SENSE_LEAST_POWER, SENSE_CLEARLY = 0.15, 0.7
+SENSE_GRAVITY = 0.85
 SENSE_WINDOW = 10.0
 LAG_MAX = 0.3
 SETTLED = 20.0
@@ -626,8 +628,9 @@ def disturbed(s: State, p: Parameters) -> Mask:
 
 def implausible(s: State, p: Parameters) -> Mask:
     """Where sensors turn in opposite senses."""
+    enough = np.where(s.sense_power > SENSE_POWER, SENSE_OPPOSED, SENSE_CLEARLY)
     opposed = np.asarray(
-        ((s.sense_power > SENSE_POWER) & (s.sense < -SENSE_OPPOSED * s.sense_power)).any(axis=-1)
+        ((s.sense_power > SENSE_LEAST_POWER) & (s.sense < -enough * s.sense_power)).any(axis=-1)
     )
     no_gravity = dot(s.tilt_force, s.tilt_force) < (SENSE_GRAVITY * p.gravity) ** 2
     return np.asarray(opposed[..., 1] | (opposed[..., 0] & no_gravity))
