@@ -33,7 +33,7 @@ $(RUN): pyproject.toml
 $(DEVELOP): pyproject.toml | $(RUN)
 	@echo "setting up the tests in $(VENV): this downloads packages, and is done once"
 	@$(PIP) --upgrade "pip>=25.1"
-	@$(PIP) -e ".[build,records]" --group test --group lint
+	@$(PIP) -e ".[build,records,campaign]" --group test --group lint
 	@touch $@
 
 demo: $(RUN)

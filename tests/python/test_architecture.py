@@ -24,6 +24,9 @@ RESTRICTED = {
         "ahrs_fmu.cosim.plots",
     ),
     "ctypes": ("ahrs_fmu.native", "ahrs_fmu.cosim.fmu"),
+    "distributed": ("ahrs_fmu.campaign.cluster",),
+    "plotly": ("ahrs_fmu.campaign.report",),
+    "pyarrow": ("ahrs_fmu.campaign.store", "ahrs_fmu.cosim.recording", "ahrs_fmu.records.parquet_file"),
     "typer": ("ahrs_fmu.cli", "ahrs_fmu.commands"),
     "rich": ("ahrs_fmu.cli", "ahrs_fmu.commands"),
 }
@@ -32,6 +35,7 @@ OUTSIDE = (
     "ahrs_fmu.cli",
     "ahrs_fmu.commands",
     "ahrs_fmu.export",
+    "ahrs_fmu.campaign",
     "ahrs_fmu.cosim",
     "ahrs_fmu.analysis",
     "ahrs_fmu.plots",
@@ -63,6 +67,9 @@ def imports(path: Path) -> set[str]:
             names = {f"{node.module}.{alias.name}" for alias in node.names}
             submodules = names & MODULES.keys()
             found |= submodules if submodules == names else {node.module, *submodules}
+        elif isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "require":
+            # An optional dependency, imported by its name.
+            found |= {name.value for name in node.args[:1] if isinstance(name, ast.Constant)}
     return found
 
 

@@ -1,0 +1,107 @@
+"""What a worker does: it runs chunks of cases, and keeps the components for the next chunk."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from ahrs_fmu.campaign.clauses import limit_used, statement
+from ahrs_fmu.campaign.plan import PlannedCase
+from ahrs_fmu.campaign.results import CaseResult, Measured
+from ahrs_fmu.cosim import running
+from ahrs_fmu.cosim.instances import Instances
+from ahrs_fmu.cosim.running import Outcome
+from ahrs_fmu.cosim.scenario import ScenarioFile
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """Some cases and the scenario files that they are of, by index in the campaign."""
+
+    files: Mapping[int, ScenarioFile]
+    cases: Sequence[PlannedCase]
+
+
+class _Pool:
+    """Instances of a process: as many sets as it has run chunks at the same time."""
+
+    def __init__(self) -> None:
+        self._idle: list[tuple[Instances, tempfile.TemporaryDirectory[str]]] = []
+
+    @contextmanager
+    def borrowed(self) -> Iterator[Instances]:
+        """Give a set that nobody else uses meanwhile."""
+        # Appending to and taking from a list is one step for all threads.
+        try:
+            instances, folder = self._idle.pop()
+        except IndexError:
+            folder = tempfile.TemporaryDirectory(prefix="ahrs-fmu-", ignore_cleanup_errors=True)
+            instances = Instances(Path(folder.name))
+        try:
+            yield instances
+        finally:
+            self._idle.append((instances, folder))
+
+    def close(self) -> None:
+        """Free all instances."""
+        while self._idle:
+            instances, folder = self._idle.pop()
+            instances.close()
+            folder.cleanup()
+
+
+_POOL = _Pool()
+
+
+def run_chunk(chunk: Chunk) -> list[CaseResult]:
+    """Run cases one after the other; one that fails is a result like the others."""
+    with borrowed() as instances:
+        return [run_case(case, chunk.files[case.file], instances) for case in chunk.cases]
+
+
+@contextmanager
+def borrowed() -> Iterator[Instances]:
+    """Give components of this process that nobody else uses meanwhile."""
+    with _POOL.borrowed() as instances:
+        yield instances
+
+
+def close() -> None:
+    """Free what chunks left open in this process."""
+    _POOL.close()
+
+
+def run_case(planned: PlannedCase, file: ScenarioFile, instances: Instances) -> CaseResult:
+    """Run one case."""
+    began = time.perf_counter()
+    try:
+        outcome = running.run(file.case(planned.changes, planned.seed), instances, file.path.parent)
+    # Whatever goes wrong in a case is what came out of it, and no reason to lose the others.
+    except Exception as error:
+        failure = " ".join(str(error).split()) or type(error).__name__
+        return failed(planned, failure, time.perf_counter() - began)
+    if outcome.failure:
+        return failed(planned, outcome.failure, time.perf_counter() - began)
+    return _judged(planned, outcome, time.perf_counter() - began)
+
+
+def failed(planned: PlannedCase, failure: str, runtime: float) -> CaseResult:
+    """Make the result of a case that stopped."""
+    return CaseResult(planned.key, False, failure, (), float("inf"), {}, runtime)
+
+
+def _judged(planned: PlannedCase, outcome: Outcome, runtime: float) -> CaseResult:
+    clauses = list(zip(outcome.case.scenario.expect, outcome.verdicts, strict=True))
+    return CaseResult(
+        planned.key,
+        outcome.passed,
+        "",
+        tuple(statement(expectation) for expectation, verdict in clauses if not verdict.passed),
+        max((limit_used(*clause) for clause in clauses), default=0.0),
+        {verdict.clause: Measured(verdict.measured, verdict.unit) for _, verdict in clauses},
+        runtime,
+    )
