@@ -14,7 +14,9 @@ from ahrs_fmu.errors import SimulationError
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """The matrices are small: more threads than one only wait for each other."""
 
-_CONNECTING = 15.0
+_LOCAL = "127.0.0.1:0"
+CONNECTING = 15.0
+"""How long a scheduler has to answer, s."""
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -106,7 +108,7 @@ def connected(workers: int, *, threads: bool = False, scheduler: str | None = No
     distributed = requirements.require("distributed")
     if scheduler is not None:
         try:
-            client = distributed.Client(scheduler, timeout=_CONNECTING, set_as_default=False)
+            client = distributed.Client(scheduler, timeout=CONNECTING, set_as_default=False)
         except (OSError, ValueError) as error:
             raise SimulationError(f"no Dask scheduler answers at {scheduler}: {error}") from None
         with client:
@@ -118,9 +120,13 @@ def connected(workers: int, *, threads: bool = False, scheduler: str | None = No
             threads_per_worker=workers if threads else 1,
             processes=not threads,
             memory_limit=None,
-            dashboard_address=None,
+            # Nobody else is to see it, nor to be in its way.
+            dashboard_address=_LOCAL,
+            worker_dashboard_address=_LOCAL,
             silence_logs=logging.CRITICAL,
-            **({} if threads else {"env": ONE_THREAD}),
+            # A task whose process died comes back at once: the caller will not try it again as it is.
+            scheduler_kwargs={"allowed_failures": 0},
+            **({} if threads else {"env": ONE_THREAD, "preload": [worker.__name__]}),
         ) as local,
         distributed.Client(local, set_as_default=False) as client,
     ):

@@ -36,7 +36,8 @@ _CHUNK_OF_ALL = 0.02
 _TRIED = 20
 """Cases of a scenario that are put together beforehand, of which one has to fit."""
 
-_DIED = "the process that ran this case died"
+DIED = "the process that ran this case died"
+"""What is told of a case that brings down its worker."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +162,7 @@ class _Run:
                 self._keep(done.task, done.answer)
         waiting.extend(suspects)
         for done in cluster.run(worker.run_chunk, lambda: self._chunk(_taken(waiting, 1)), 1):
-            died = [worker.failed(case, _DIED, 0.0) for case in done.task.cases]
+            died = [worker.failed(case, DIED, 0.0) for case in done.task.cases]
             self._keep(done.task, died if done.answer is None else done.answer)
 
     def _size(self) -> int:

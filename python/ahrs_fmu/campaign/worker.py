@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -55,6 +56,11 @@ class _Pool:
 
 
 _POOL = _Pool()
+
+
+def dask_setup(worker: object) -> None:  # noqa: ARG001
+    """Leave Ctrl-C to the process that started this one; Dask calls it when the process starts."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def run_chunk(chunk: Chunk) -> list[CaseResult]:
