@@ -20,7 +20,7 @@ help:
 	@echo "make bench      timing, as ratios: updates (to build/bench.json), batches, Python as an FMU, responses"
 	@echo "make lint       ruff and mypy"
 	@echo "make generate   rewrite what is generated from the descriptors"
-	@echo "make pictures   run the tutorial, which draws its pictures"
+	@echo "make pictures   run the pages that draw their pictures"
 	@echo "make clean      remove outputs and the virtual environment"
 
 # What runs, and what also tests: a demonstration need not wait for the second.
@@ -63,6 +63,7 @@ generate: $(DEVELOP)
 
 pictures: $(DEVELOP)
 	$(PYTHON) docs/run_page.py docs/frequency.md
+	$(PYTHON) docs/run_page.py docs/vehicle.md
 
 clean:
 	rm -rf $(VENV) $(filter-out build/README.md,$(wildcard build/*))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,28 +21,7 @@ from ahrs_fmu.cosim.loop_gain import LoopGain, margins, with_margins
 
 STEP = 0.004
 SIGNAL = "controller.rotor_speed_command"
-SILENT = """
-template = "quadrotor-attitude"
-duration = 30.0
-[components.estimator.parameters]
-initialisation = "given"
-[components.imu.parameters]
-gyro_noise_density = 0.0
-gyro_turn_on_bias = 0.0
-gyro_bias_instability = 0.0
-gyro_bias_walk = 0.0
-gyro_quantisation = 0.0
-accel_noise_density = 0.0
-accel_turn_on_bias = 0.0
-accel_bias_instability = 0.0
-accel_quantisation = 0.0
-mag_noise_std = 0.0
-mag_quantisation = 0.0
-mag_rate = 0.0
-vibration_accel = 0.0
-vibration_blade = 0.0
-vibration_gyro = 0.0
-"""
+HOVER = Path(__file__).parents[1] / "closed_loop" / "scenarios" / "hover.cosim.toml"
 TRUTH = ["quadrotor.q -> controller.q", "quadrotor.rate -> controller.rate"]
 NEAR = np.geomspace(8.0, 80.0, 9)
 POINT = OperatingPoint(dip=1.1)
@@ -60,9 +41,9 @@ MODELS = {
 }
 
 
-def measured(text: str, model: str = "gcf", **parameters: object) -> LoopGain:
+def measured(table: Mapping[str, Any], model: str = "gcf", **parameters: object) -> LoopGain:
     """Loop gain about its crossover, of the loop that runs."""
-    file = scenario.parse(text, Path("hover.cosim.toml"))
+    file = scenario.from_table(table, HOVER)
     changes = {"components.estimator": {"model": model, "parameters": parameters}}
     with Instances() as instances:
         return margins(running.assemble(file.case(changes), instances, Path()), SIGNAL, ROLL, NEAR)
@@ -77,12 +58,13 @@ def predicted(frequency: np.ndarray, model: str | None, **parameters: object) ->
     return with_margins(frequency, systems.response(roll_loop(STEP, estimator), frequency))
 
 
-def on_the_truth() -> str:
-    return SILENT.replace("duration", f"connections = {TRUTH}\nduration").replace("'", '"')
+def hover(**own: object) -> dict[str, Any]:
+    """A scenario on top of the silent hover."""
+    return {"template": HOVER.name, **own}
 
 
 def test_on_the_truth_theory_and_measurement_agree() -> None:
-    found = measured(on_the_truth())
+    found = measured(hover(connections=TRUTH))
     expected = predicted(found.frequency, None)
     np.testing.assert_allclose(found.response, expected.response, rtol=0.01)
     assert np.degrees(found.phase_margin - expected.phase_margin) == pytest.approx(0.0, abs=0.1)
@@ -93,7 +75,7 @@ def test_on_the_truth_theory_and_measurement_agree() -> None:
 
 @pytest.mark.parametrize("model", MODELS)
 def test_the_margin_that_an_estimator_costs_is_the_predicted_one(model: str) -> None:
-    found = measured(SILENT, model, **MODELS[model])
+    found = measured(hover(), model, **MODELS[model])
     expected = predicted(found.frequency, model, **MODELS[model])
     # A filter whose slow steps come less often than the samples is no linear filter at the single frequency.
     tolerance = 0.1 if model == "kcf" else 0.05
@@ -115,8 +97,8 @@ def test_the_cost_is_half_a_sample_and_the_low_pass_of_the_gyro() -> None:
 
 
 def test_noise_does_not_move_the_measured_margin() -> None:
-    quiet = measured(SILENT)
-    noisy = measured(SILENT[: SILENT.index("[components.imu")])
+    quiet = measured(hover())
+    noisy = measured({"template": "quadrotor-attitude", "duration": 20.0})
     assert np.degrees(noisy.phase_margin - quiet.phase_margin) == pytest.approx(0.0, abs=0.5)
     assert noisy.crossover == pytest.approx(quiet.crossover, rel=0.01)
 
@@ -124,8 +106,7 @@ def test_noise_does_not_move_the_measured_margin() -> None:
 def test_the_loop_of_another_vehicle_moves_as_theory_says() -> None:
     """Slower rotors: the prediction takes the parameters of all components."""
     slow = {"rotor_time_constant": 0.06}
-    changes = "[components.quadrotor.parameters]\nrotor_time_constant = 0.06\n"
-    found = measured(on_the_truth() + changes)
+    found = measured(hover(connections=TRUTH, components={"quadrotor": {"parameters": slow}}))
     loop = roll_loop(STEP, vehicle=slow)
     expected = with_margins(found.frequency, systems.response(loop, found.frequency))
     assert np.degrees(found.phase_margin - expected.phase_margin) == pytest.approx(0.0, abs=0.1)

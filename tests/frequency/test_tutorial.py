@@ -1,4 +1,4 @@
-"""The tutorial is a program: it runs, and prints what the page says it prints."""
+"""Pages with Python are programs: they run, and print what they say they print."""
 
 from __future__ import annotations
 
@@ -10,14 +10,17 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-PAGE = DOCS / "frequency.md"
+PAGES = {"frequency.md": 5, "vehicle.md": 1}
+"""How many pictures each draws, at least."""
 
 
 @pytest.mark.slow
-def test_the_tutorial_prints_what_it_shows_and_draws_its_pictures(tmp_path: Path) -> None:
-    page = tmp_path / "docs" / PAGE.name
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_prints_what_it_shows_and_draws_its_pictures(name: str, tmp_path: Path) -> None:
+    page = tmp_path / "docs" / name
     page.parent.mkdir()
-    page.write_text(PAGE.read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / "tests").symlink_to(DOCS.parent / "tests")
+    page.write_text((DOCS / name).read_text(encoding="utf-8"), encoding="utf-8")
     run = subprocess.run(
         [sys.executable, "-W", "error", DOCS / "run_page.py", page],
         capture_output=True,
@@ -31,7 +34,8 @@ def test_the_tutorial_prints_what_it_shows_and_draws_its_pictures(tmp_path: Path
         assert (page.parent / picture).is_file()
 
 
-def test_every_picture_of_the_tutorial_is_there() -> None:
-    pictures = re.findall(r"\]\((pictures/.*?)\)", PAGE.read_text(encoding="utf-8"))
-    assert len(pictures) >= 5
+@pytest.mark.parametrize(("name", "least"), PAGES.items())
+def test_every_picture_of_a_page_is_there(name: str, least: int) -> None:
+    pictures = re.findall(r"\]\((pictures/.*?)\)", (DOCS / name).read_text(encoding="utf-8"))
+    assert len(pictures) >= least
     assert [p for p in pictures if not (DOCS / p).is_file()] == []

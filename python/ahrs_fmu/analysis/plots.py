@@ -12,12 +12,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from control import StateSpace
 from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
+from ahrs_fmu.analysis import systems
 from ahrs_fmu.analysis.allan import AllanDeviation, AllanFit
 from ahrs_fmu.analysis.design import ErrorCurve
 from ahrs_fmu.analysis.equivalent import Equivalent
@@ -25,6 +27,7 @@ from ahrs_fmu.analysis.in_loop import InLoop
 from ahrs_fmu.analysis.measure import FrequencyResponse, deviation
 from ahrs_fmu.analysis.systems import Array, ComplexArray, zeros
 from ahrs_fmu.analysis.theory import ComplementaryFilter, Responding, settling_time, step_error
+from ahrs_fmu.cosim.loop_gain import LoopGain
 from ahrs_fmu.plots import PAGE_WIDTH, STYLE
 
 BLUE, VERMILION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#666666"
@@ -303,6 +306,55 @@ def equivalents_figure(found: Mapping[str, Equivalent]) -> Figure:
         figure.supxlabel("frequency [rad/s]", fontsize=8.0)
         figure.supylabel("$G_A$ [dB]", fontsize=8.0)
     return figure
+
+
+def margin_figure(
+    reference: str, predicted: Mapping[str, StateSpace], measured: Mapping[str, LoopGain]
+) -> Figure:
+    """Draw loop gains, and what each adds to the phase of one of them.
+
+    Parameters
+    ----------
+    reference : str
+        The name of that one.
+    predicted : mapping of str to control.StateSpace
+        Loop gains by name.
+    measured : mapping of str to LoopGain
+        Of the same names.
+    """
+    panels = _panels([2.0, 2.0, 1.4])
+    magnitude, phase, added = panels.axes
+    points = next(iter(measured.values())).frequency
+    omega = np.geomspace(points[0] / 1.1, points[-1] * 1.1, 400)
+    with style.context(STYLE):
+        looks = zip(_COLOURS, _MARKERS, _DASHES, strict=True)
+        base = systems.response(predicted[reference], omega)
+        base_at = systems.response(predicted[reference], points)
+        for (name, system), (colour, marker, dashes) in zip(predicted.items(), looks, strict=False):
+            line, found = systems.response(system, omega), measured[name]
+            degrees = np.degrees(np.unwrap(np.angle(line)))
+            degrees -= 360.0 * np.ceil(degrees[0] / 360.0)
+            margin = f"{name}, {math.degrees(found.phase_margin):.1f}° at {found.crossover:.1f} rad/s"
+            magnitude.semilogx(omega, _decibels(line), color=colour, linestyle=dashes)
+            phase.semilogx(omega, degrees, color=colour, linestyle=dashes)
+            added.semilogx(omega, np.degrees(np.angle(line / base)), color=colour, linestyle=dashes)
+            none, look = np.zeros_like(points), (colour, marker)
+            about = np.interp(points, omega, degrees)
+            off = np.degrees(np.angle(found.response / systems.response(system, points)))
+            _dots(magnitude, points, _decibels(found.response), none, look, margin)
+            _dots(phase, points, about + off, none, look)
+            _dots(added, points, np.degrees(np.angle(found.response / base_at)), none, look)
+        magnitude.axhline(0.0, color=GREY, linewidth=0.6)
+        phase.axhline(-180.0, color=GREY, linewidth=0.6)
+        magnitude.set_ylabel("loop gain [dB]")
+        phase.set_ylabel("phase [deg]")
+        phase.yaxis.set_major_locator(MultipleLocator(45.0))
+        added.set_ylabel(f"phase against\n{reference} [deg]")
+        for panel in panels.axes:
+            panel.yaxis.set_major_formatter(FuncFormatter(_plain))
+        limits = (float(omega[0]), float(omega[-1]))
+        panels.finish("frequency [rad/s]", "points: measured; lines: theory", limits, columns=2)
+    return panels.figure
 
 
 @dataclass(frozen=True, slots=True)
