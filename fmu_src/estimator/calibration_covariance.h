@@ -1,9 +1,9 @@
 /* Covariance of a filter that calibrates sensors (docs/accuracy.md): twelve states of the gyroscope, then those of the
  * magnetometer: field, hard iron and latency; or field and hard iron alone.
  *
- * Both halves are kept, row by row, and get the same bits, so that all work runs along rows; these are padded with zeros
- * to whole quads. Measurements are taken one after the other; the covariance follows once for all of them. Sizes are
- * arguments, so that they are constants wherever a function is inlined. */
+ * Both halves are kept, row by row, and get the same bits, so that all work runs along rows; these are padded with
+ * zeros to whole quads. Measurements are taken one after the other; the covariance follows once for all of them. Sizes
+ * are arguments, so that they are constants wherever a function is inlined. */
 #ifndef CALIBRATION_COVARIANCE_H
 #define CALIBRATION_COVARIANCE_H
 

@@ -436,34 +436,31 @@ static ahrs_real drift_variance(const ahrs_kcf_params *p, ahrs_real accuracy, ah
     return (r * r / (square(BIAS_GROWTH) / p->bias_forget_time) + r * T) / T;
 }
 
-/* Gyroscope rows [I, 0] at rest. */
-static bool learn_at_rest(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_real *innovation) {
-    static const ahrs_real h[3 * 4] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-    const ahrs_real variance = drift_variance(p, p->rest_drift_std, s->job_time);
-    ahrs_real y[3 * ROW];
-    memcpy(y, s->cov, sizeof y);
-    if (!ahrs_cal_measure(3, GYRO, 4, ROW, h, innovation, variance, y, s->dx)) {
-        return false;
+/* Takes rows h of measurements with their products y; h is of `size`, from state `first` on. */
+AHRS_INLINE bool take(ahrs_kcf_state *s, int rows, int first, int size, const ahrs_real *h, const ahrs_real *innovation,
+                      ahrs_real variance, ahrs_real *y) {
+    const bool sound = ahrs_cal_measure(rows, first, size, ROW, h, innovation, variance, y, s->dx);
+    if (sound) {
+        ahrs_cal_subtract(rows, N, ROW, y, s->cov);
     }
-    ahrs_cal_subtract(3, N, ROW, y, s->cov);
-    return true;
+    return sound;
 }
 
-/* Two rows h of the drift of the tilt in motion, with their products y. */
-static bool learn_in_motion(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_real *innovation,
-                            const ahrs_real *h, ahrs_real *y) {
-    const ahrs_real young = ahrs_max(1, square(tau_accel(p) / s->tilt_age));
-    const ahrs_real variance = drift_variance(p, p->motion_drift_std, s->job_time) * young;
-    if (!ahrs_cal_measure(2, GYRO, G, ROW, h, innovation, variance, y, s->dx)) {
-        return false;
+/* The same for two or three rows, compiled once for each; a covariance that has lost its meaning begins anew. */
+static void learn(ahrs_kcf_state *s, const ahrs_kcf_params *p, int rows, int first, int size, const ahrs_real *h,
+                  const ahrs_real *innovation, ahrs_real variance, ahrs_real *y) {
+    const bool sound = rows == 2 ? take(s, 2, first, size, h, innovation, variance, y)
+                                 : take(s, 3, first, size, h, innovation, variance, y);
+    if (!sound) {
+        lose_covariance(s, p);
     }
-    ahrs_cal_subtract(2, N, ROW, y, s->cov);
-    return true;
 }
 
+/* At rest the low-passed gyroscope shows its bias, all axes of it; in motion the drift of the tilt shows two rows. */
 static void learn_gyro(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
-    const ahrs_real growth = square(BIAS_GROWTH) / p->bias_forget_time * s->job_time;
-    const bool rests = s->job & JOB_REST, drifts = s->job & JOB_DRIFT;
+    static const ahrs_real AXES[3 * 4] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    const ahrs_real T = s->job_time, growth = square(BIAS_GROWTH) / p->bias_forget_time * T;
+    const bool drifts = s->job & JOB_DRIFT;
     const ahrs_real u[2] = {-s->x[FIELD + 1], s->x[FIELD]};
     ahrs_real innovation[3], h[3 * G], y[3 * ROW];
     for (int i = 0; i < 3; i++) {
@@ -485,11 +482,12 @@ static void learn_gyro(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         ahrs_cal_gyro_products(1, s->cov, h, y);
     }
     couple(s, u, y, ahrs_cal_dot(G, h, y));
-    const bool sound = rests    ? learn_at_rest(s, p, innovation)
-                       : drifts ? learn_in_motion(s, p, innovation, h + G, y + ROW)
-                                : true;
-    if (!sound) {
-        lose_covariance(s, p);
+    if (s->job & JOB_REST) {
+        memcpy(y, s->cov, 3 * ROW * sizeof *y);
+        learn(s, p, 3, GYRO, 4, AXES, innovation, drift_variance(p, p->rest_drift_std, T), y);
+    } else if (drifts) {
+        const ahrs_real young = ahrs_max(1, square(tau_accel(p) / s->tilt_age));
+        learn(s, p, 2, GYRO, G, h + G, innovation, drift_variance(p, p->motion_drift_std, T) * young, y + ROW);
     }
 }
 
@@ -687,11 +685,7 @@ static void learn_mag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     ahrs_real h[3 * AHRS_CAL_MAG], y[3 * ROW];
     ahrs_cal_mag_rows(&R, ahrs_mat3_apply(R, ahrs_vec3_cross(ahrs_vec3_of(s->job_rate), m)), h);
     ahrs_cal_mag_products(ROW, true, s->cov + ROW * FIELD, h, y);
-    if (!ahrs_cal_measure(3, FIELD, AHRS_CAL_MAG, ROW, h, s->job_nu, s->job_noise[1], y, s->dx)) {
-        lose_covariance(s, p);
-        return;
-    }
-    ahrs_cal_subtract(3, N, ROW, y, s->cov);
+    learn(s, p, 3, FIELD, AHRS_CAL_MAG, h, s->job_nu, s->job_noise[1], y);
 }
 
 static void ask(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
