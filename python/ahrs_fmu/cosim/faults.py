@@ -16,15 +16,15 @@ in the middle and split among processes.
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from typing import Annotated, ClassVar, Literal, get_args
 
 import msgspec
 import numpy as np
 
 from ahrs_fmu import counter_random, quaternion, units
+from ahrs_fmu.cosim.chance import Chance
 from ahrs_fmu.cosim.stepper import Array, Port
 from ahrs_fmu.cosim.taps import Flags, Holding, Memoryless, Remembering, Tap, Watching
 from ahrs_fmu.errors import ScenarioError, UnitError
@@ -53,7 +53,7 @@ class Place:
     Attributes
     ----------
     name : str
-        Of the fault; it decides the random numbers together with the seed.
+        Of the fault.
     signal : str
         ``component.output``.
     ports : mapping of str to Port
@@ -156,20 +156,13 @@ class Place:
         if port.shape != (4,) or port.unit not in ("", "1"):
             raise self.error(key, f" = '{signal}' is no quaternion: name one such as estimator.q")
 
-    def uniform(self, time: Array, columns: int) -> Array:
-        """Uniform numbers (N, columns) in (0, 1), a function of seed, fault and time."""
-        return counter_random.uniform_pair(*self._counters(time, columns)).reshape(len(time), -1)[:, :columns]
+    def uniform(self, columns: int) -> Chance:
+        """Uniform numbers in (0, 1), `columns` for each sample."""
+        return Chance(counter_random.uniform_pair, self.seed, self.name, columns, self.step)
 
-    def normal(self, time: Array, columns: int) -> Array:
+    def normal(self, columns: int) -> Chance:
         """Do as `uniform`, standard normal."""
-        return counter_random.normal_pair(*self._counters(time, columns)).reshape(len(time), -1)[:, :columns]
-
-    def _counters(self, time: Array, columns: int) -> tuple[Any, Any, Any]:
-        stream = zlib.crc32(self.name.encode()) << 8
-        pairs = np.arange((columns + 1) // 2, dtype=np.uint64)
-        # Streams of a component count from zero; those of a fault are far away from them.
-        rows = np.rint(time / self.step).astype(np.uint64)
-        return np.uint64(self.seed), np.uint64(stream) + pairs, rows[:, None]
+        return Chance(counter_random.normal_pair, self.seed, self.name, columns, self.step)
 
 
 class Fault(Data, frozen=True, kw_only=True, tag_field="kind"):
@@ -305,8 +298,8 @@ class Noise(Fault, frozen=True, kw_only=True, tag="noise"):
     std: Quantities
 
     def _change(self, place: Place) -> Change:
-        std = place.numbers("std", self.std)
-        return lambda time, strength, rows: rows + strength * std * place.normal(time, place.size)
+        std, normal = place.numbers("std", self.std), place.normal(place.size)
+        return lambda time, strength, rows: rows + strength * std * normal(time)
 
 
 class Saturation(Fault, frozen=True, kw_only=True, tag="saturation"):
@@ -335,12 +328,13 @@ class Dropout(Fault, frozen=True, kw_only=True, tag="dropout"):
 
     def taps(self, place: Place) -> Mapping[str, Tap]:
         """Blank the signal, or lower its flag and keep the last value."""
+        uniform = place.uniform(1)
 
         def lost(time: Array) -> Flags:
             gone = self.acts(time)
             at = np.flatnonzero(gone)
             if at.size:
-                gone[at] = place.uniform(time[at], 1)[:, 0] < self.probability * self.strength(time[at])
+                gone[at] = uniform(time[at])[:, 0] < self.probability * self.strength(time[at])
             return gone
 
         def replaced_by(nothing: float) -> Tap:
@@ -383,7 +377,7 @@ class Jitter(Fault, frozen=True, kw_only=True, tag="jitter"):
     time: Lag
 
     def _tap(self, place: Place) -> Tap:
-        lag = self.time / place.step
+        lag, uniform = self.time / place.step, place.uniform(1)
         memory = int(np.ceil(self.severity * lag)) + 1
 
         def early(time: Array, seen: Array) -> Array:
@@ -391,7 +385,7 @@ class Jitter(Fault, frozen=True, kw_only=True, tag="jitter"):
             shown = seen[memory:].copy()
             at = np.flatnonzero(strength > 0.0)
             if at.size:
-                back = strength[at] * lag * place.uniform(time[at], 1)[:, 0]
+                back = strength[at] * lag * uniform(time[at])[:, 0]
                 whole = back.astype(int)
                 part = (back - whole)[:, None]
                 rows = memory + at - whole
@@ -408,10 +402,10 @@ class Outliers(Fault, frozen=True, kw_only=True, tag="outliers"):
     probability: Probability = 0.01
 
     def _change(self, place: Place) -> Change:
-        amount = place.numbers("amount", self.amount)
+        amount, uniform = place.numbers("amount", self.amount), place.uniform(place.size + 1)
 
         def hit(time: Array, strength: Array, rows: Array) -> Array:
-            drawn = place.uniform(time, place.size + 1)
+            drawn = uniform(time)
             signs = np.where(drawn[:, 1:] < 0.5, -1.0, 1.0)
             return np.where(drawn[:, :1] < self.probability, rows + strength * signs * amount, rows)
 
