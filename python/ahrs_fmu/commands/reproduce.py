@@ -126,6 +126,8 @@ def _print_meanings(outcomes: Iterable[Outcome]) -> None:
 def _summary(outcomes: Sequence[Outcome], comparisons: Sequence[Comparison]) -> str:
     counts = {verdict: sum(o.verdict == verdict for o in outcomes) for verdict in MEANING}
     computed = ", ".join(f"{verdict} {count}" for verdict, count in counts.items() if count)
+    if not comparisons:
+        return f"computed: {computed}"
     kept = sum(c.agrees for c in comparisons)
     return f"computed: {computed}; printed: {kept} of {len(comparisons)} met"
 
