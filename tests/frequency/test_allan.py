@@ -34,9 +34,10 @@ def test_deviation_of_a_short_record_is_that_of_its_definition() -> None:
         assert allan_deviation(x, T, [m * T]).deviation[0] == pytest.approx(expected, rel=1e-10)
 
 
-def test_fit_recovers_white_noise_and_random_walk_of_an_hour() -> None:
+@pytest.mark.parametrize("seed", range(5))
+def test_fit_recovers_white_noise_and_random_walk_of_an_hour(seed: int) -> None:
     """Gyro of 1e-3 rad/s/rtHz and 2e-4 rad/s^2/rtHz: the hour is 400 times sqrt(3) N/K = 8.7 s."""
-    fit = fit_allan(allan_deviation(sensor_at_rest(3600.0, 5), T))
+    fit = fit_allan(allan_deviation(sensor_at_rest(3600.0, seed), T))
     assert fit.white.value == pytest.approx(WHITE, rel=0.1)
     assert fit.walk.value == pytest.approx(WALK, rel=0.1)
 
