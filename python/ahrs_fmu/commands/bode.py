@@ -179,7 +179,10 @@ def _device(estimator: str, fmu: Path | None, given: Mapping[str, object], axis:
             title = stepper.fmu.description.modelName
             values = {name: float(stepper.get(name)) for name in _WANTED & stepper.fmu.variables.keys()}
     if "sample_time" not in values:
-        raise DesignError(f"{title} has no parameter sample_time: it is not an estimator of this family")
+        raise DesignError(
+            f"{title} has no parameter sample_time: measure it with ahrs_fmu.analysis.measure, "
+            f"where you give the step"
+        )
     return Device(
         title=title,
         open=opened,
