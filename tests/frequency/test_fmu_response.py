@@ -105,7 +105,7 @@ def test_coupled_roll_of_the_fmu_follows_the_loop_gain_matrix(gcf_fmu: Fmu) -> N
     ("fmi", "omega"),
     [
         ("3", [2.0, 10.0]),
-        pytest.param("2", OMEGA, marks=EVERYTHING),
+        pytest.param("2", OMEGA[9::4], marks=EVERYTHING),
         pytest.param("3", OMEGA, marks=EVERYTHING),
     ],
 )
