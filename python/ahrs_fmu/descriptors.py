@@ -19,7 +19,7 @@ from typing import Literal
 import msgspec
 from msgspec import Struct
 
-from ahrs_fmu.errors import DescriptorError, ParameterError
+from ahrs_fmu.errors import DescriptorError, ParameterError, known_names
 from ahrs_fmu.rules import Rule
 from ahrs_fmu.sources import fmu_src
 
@@ -184,7 +184,7 @@ class Descriptor(Struct, frozen=True):
         for variable in self.parameters:
             if variable.name == name:
                 return variable
-        known = ", ".join(variable.name for variable in self.parameters)
+        known = known_names(name, (variable.name for variable in self.parameters))
         raise ParameterError(f"{self.title} has no parameter '{name}'; it has {known}")
 
     def role(self, variable: Variable) -> Role:

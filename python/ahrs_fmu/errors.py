@@ -21,6 +21,11 @@ The message is one line that names the thing, the value, the limit and the way o
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+_MOST_LISTED = 15
+
 
 class AhrsError(Exception):
     """Base of every exception the package raises on purpose."""
@@ -76,3 +81,20 @@ class SimulationError(AhrsError, RuntimeError):
     """
 
     recording: object = None
+
+
+def known_names(name: str, known: Iterable[str]) -> str:
+    """Words for the names that would have been right, to stand behind "it has": all of them, or like ones.
+
+    Parameters
+    ----------
+    name : str
+        What was asked for.
+    known : iterable of str
+        What there is.
+    """
+    names = list(known)
+    if len(names) <= _MOST_LISTED:
+        return ", ".join(names) or "none"
+    like = get_close_matches(name.lower(), names, n=3, cutoff=0.5)
+    return f"{' or '.join(like)} among {len(names)}" if like else f"{', '.join(names[:_MOST_LISTED])} ..."

@@ -128,7 +128,7 @@ def test_each_instance_has_its_own_log(fmu: Fmu) -> None:
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"kpp": 1.0}, "no parameter 'kpp'; known are sample_time"),
+        ({"kpp": 1.0}, "no parameter 'kpp'; it has kp among "),
         ({"gyro": 1.0}, "no parameter 'gyro'"),
         ({"kp": "fast"}, "must be a number"),
         ({"frame": "nwu"}, "one of ned, enu"),

@@ -72,7 +72,7 @@ def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) 
         (["replay", "gc/line"], "scenario 'gc/line' is unknown; known are me/static"),
         (["replay", "flight.csv", "--via", "fmu4"], "'fmu4' is not one of"),
         (["replay", "flight.csv", "--set", "kp"], "'kp' is not of the form NAME=VALUE"),
-        (["replay", "flight.csv", "--set", "kpp=1"], "no parameter 'kpp'"),
+        (["replay", "flight.csv", "--set", "kpp=1"], "no parameter 'kpp'; it has kp among"),
         (["replay", "flight.csv", "--set", "kp=-1"], "kp = -1 rad/s is refused"),
         (["replay", "flight.csv", "--set", "kp=fast"], "kp = 'fast' is not a number"),
         (["replay", "flight.csv", "--estimator", "foo"], "no model 'foo'"),

@@ -104,7 +104,10 @@ def bode(
         Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers.")
     ] = None,
 ) -> None:
-    """Show the frequency response of a filter: theory, and measured by stepping the C core or an FMU."""
+    """Show the frequency response of a filter.
+
+    Theory, and what is measured by stepping the C core or an FMU.
+    """
     given = terminal.assignments(settings or [], "--set")
     given |= {name: v for name, v in (("kp", kp), ("ki", ki), ("kii", kii)) if v is not None}
     number = AXES.index(axis)

@@ -49,10 +49,11 @@ def demo(
         "build"
     ),
 ) -> int:
-    """Build FMUs, fly a quadrotor on the estimated attitude, draw, and measure the FMU's Bode plot.
+    """Fly a quadrotor on FMUs, measure a Bode plot.
 
-    The loop is quadrotor, IMU, GCF and attitude controller, each an FMU. It runs through FMPy and in C, which
-    must give the same bits. Returns 1 when the flight does not meet its expectations.
+    Builds the FMUs, flies on the estimated attitude, draws, and measures the FMU that flew. The loop is
+    quadrotor, IMU, GCF and attitude controller. It runs through FMPy and in C, which must give the same bits.
+    Returns 1 when the flight does not meet its expectations.
     """
     out = terminal.OUT
     text = resources.files("ahrs_fmu.cosim").joinpath(_SCENARIO).read_text(encoding="utf-8")

@@ -84,7 +84,10 @@ def design(
     output: _Output = Path("build"),
     json_file: _JsonFile = None,
 ) -> None:
-    """Find gains: from a crossover and a damping, or from the noise of the sensors."""
+    """Find gains for a crossover or for a sensor.
+
+    From a crossover and a damping, or from the noise of the sensors.
+    """
     sample_time = 1.0 / numbers.positive("rate", rate, "Hz")
     noisy = _sensor(sensor, noise, sample_time)
     shaken = _motion(motion)
@@ -136,7 +139,10 @@ def allan(
     output: _Output = Path("build"),
     json_file: _JsonFile = None,
 ) -> None:
-    """Find the noise of the sensors in a recording at rest, and the gains for it."""
+    """Find the noise of sensors in a recording at rest.
+
+    Fits the Allan deviation and gives the gains that are best for that noise.
+    """
     found = noise_of_record(records.read(recording))
     terminal.OUT.print(f"{recording}: {found.duration:.0f} s at rest")
     _print_fits(found)
@@ -162,7 +168,10 @@ def explain(
     sensor: Annotated[str, typer.Option(help="Sensor that the errors are predicted for.")] = "mpu9250",
     json_file: _JsonFile = None,
 ) -> None:
-    """Say in plain words what an estimator does: its gains, or those it amounts to."""
+    """Say in plain words what an estimator does.
+
+    By its gains, or those of the filter that it amounts to.
+    """
     descriptor = descriptors.load(estimator)
     given = terminal.assignments(settings or [], "--set")
     core = CoreStepper(descriptor, given)

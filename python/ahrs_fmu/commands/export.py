@@ -36,7 +36,10 @@ def export(
         Path | None, typer.Option("--output", "-o", help="The FMU; default: CLASS.fmu here.")
     ] = None,
 ) -> None:
-    """Make an FMU of a Python class, which runs in a Python process beside the importer."""
+    """Make an FMU of a Python class.
+
+    It runs in a Python process beside the importer.
+    """
     file, _, name = source.rpartition(":")
     if not file or not name.isidentifier():
         raise typer.BadParameter(f"'{source}' is not of the form FILE:CLASS, such as my_filter.py:MyFilter")

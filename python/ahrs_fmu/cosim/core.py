@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ahrs_fmu.cosim.clock import SampleClock
 from ahrs_fmu.cosim.stepper import Array, Port
 from ahrs_fmu.descriptors import Descriptor, Variable
-from ahrs_fmu.errors import ParameterError
+from ahrs_fmu.errors import ParameterError, known_names
 from ahrs_fmu.estimators.model import NumpyModel
 from ahrs_fmu.host_library import Precision
 from ahrs_fmu.native import NativeModel
@@ -166,7 +166,7 @@ class CoreStepper:
         try:
             return ports[name]
         except KeyError:
-            known = ", ".join(ports)
+            known = known_names(name, ports)
             raise ParameterError(f"{self.descriptor.title} has no {role} {name!r}; it has {known}") from None
 
 

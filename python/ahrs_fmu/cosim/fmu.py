@@ -21,7 +21,7 @@ from fmpy.model_description import ModelDescription, ModelVariable
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_fmu.cosim.stepper import Array, Port
-from ahrs_fmu.errors import FmuError, ParameterError
+from ahrs_fmu.errors import FmuError, ParameterError, known_names
 from ahrs_fmu.records import Record
 
 Value = bool | float | str | Sequence[float] | NDArray[np.generic]
@@ -412,8 +412,9 @@ class FmuStepper:
     def _parameter_value(self, name: str, value: Value) -> ArrayLike:
         variable = self.fmu.variables.get(name)
         if variable is None or variable.causality != "parameter":
-            known = ", ".join(v.name for v in self.fmu.variables.values() if v.causality == "parameter")
-            raise ParameterError(f"{self.fmu.path.name} has no parameter {name!r}; known are {known}")
+            parameters = (v.name for v in self.fmu.variables.values() if v.causality == "parameter")
+            known = known_names(name, parameters)
+            raise ParameterError(f"{self.fmu.path.name} has no parameter {name!r}; it has {known}")
         if not isinstance(value, str):
             return value
         if value not in variable.items:
