@@ -45,6 +45,32 @@ def test_a_clause_that_fails_gives_exit_code_1(capsys: pytest.CaptureFixture[str
     assert "FAILS" in capsys.readouterr().out
 
 
+def test_runs_of_the_same_clauses_share_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("again.cosim.toml").write_text(SCENARIO)
+    assert main(["cosim", "rest.cosim.toml", "again.cosim.toml", "--seed", "1", "--seed", "2"]) == 0
+    text = capsys.readouterr().out
+    assert re.findall(r"^ (rest|again) seed=(\d) .* holds", text, re.MULTILINE) == [
+        ("rest", "1"), ("rest", "2"), ("again", "1"), ("again", "2")
+    ]  # fmt: skip
+    assert text.count("1: rms of attitude_error.total, ≤ 6 deg") == 1
+    assert text.endswith("4 of 4 runs hold\n")
+
+
+def test_more_clauses_than_fit_into_a_table_make_one_for_each_scenario(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    clause = SCENARIO[SCENARIO.index("[[expect]]") :]
+    for name, bounds in (("few", range(2, 8)), ("many", range(12, 18))):
+        text = SCENARIO + "".join(clause + f"from = {0.1 * bound}\n" for bound in bounds)
+        Path(f"{name}.cosim.toml").write_text(text.replace("6 deg", "0.001 deg", name == "few"))
+    assert main(["cosim", "few.cosim.toml", "many.cosim.toml"]) == 1
+    text = capsys.readouterr().out
+    for name in ("few", "many"):
+        assert f"\n\n{name}\n" in text
+    assert text.count("1: rms of attitude_error.total, ") == 2
+    assert text.endswith("!: does not hold\n1 of 2 runs hold\n")
+
+
 def test_settings_seeds_and_files_of_results(capsys: pytest.CaptureFixture[str]) -> None:
     arguments = [
         "--set",

@@ -31,6 +31,9 @@ Examples:
 docs/cosim.md describes the files; pytest runs them too.
 """
 
+_MOST_CLAUSES = 9
+"""That stay legible in one table."""
+
 
 def cosim(
     files: Annotated[list[Path], typer.Argument(metavar="FILE", help="Scenario files, NAME.cosim.toml.")],
@@ -149,24 +152,39 @@ def print_verdicts(outcome: Outcome) -> None:
 
 
 def print_overview(results: Sequence[tuple[str, Outcome]]) -> None:
+    """Print what came out of several runs: one table if their clauses fit into it, else one per scenario."""
+    if len(_clauses(results)) <= _MOST_CLAUSES:
+        _print_table(results)
+    else:
+        for name in dict.fromkeys(name for name, _ in results):
+            terminal.OUT.print(f"\n{name}")
+            _print_table([result for result in results if result[0] == name])
+    if not all(verdict.passed for _, outcome in results for verdict in outcome.verdicts):
+        terminal.OUT.print("!: does not hold")
+    passed = sum(outcome.passed for _, outcome in results)
+    terminal.OUT.print(f"{passed} of {len(results)} runs hold")
+
+
+def _clauses(results: Sequence[tuple[str, Outcome]]) -> dict[str, Verdict]:
+    return {verdict.clause: verdict for _, outcome in results for verdict in outcome.verdicts}
+
+
+def _print_table(results: Sequence[tuple[str, Outcome]]) -> None:
     """Print one row per run, by the name of its scenario, and one numbered column per clause."""
     labels = [(name, *_words(outcome.case)) for name, outcome in results]
     # What all runs have in common does not tell them apart.
-    telling = [[word for word in label if not all(word in other for other in labels)] for label in labels]
-    judged = [verdict for _, outcome in results for verdict in outcome.verdicts]
-    clauses = {verdict.clause: verdict for verdict in judged}
+    common = set(labels[0]).intersection(*labels) if len(labels) > 1 else {labels[0][0]}
+    clauses = _clauses(results)
     table = terminal.table(["run"], [str(number) for number, _ in enumerate(clauses, 1)])
     table.add_column("verdict")
-    for label, (_, outcome) in zip(telling, results, strict=True):
+    for label, (_, outcome) in zip(labels, results, strict=True):
         found = {verdict.clause: verdict for verdict in outcome.verdicts}
         cells = [_cell(found[clause]) if clause in found else "" for clause in clauses]
         verdict = "stopped" if outcome.failure else "holds" if outcome.passed else "FAILS"
-        table.add_row(" ".join(label), *cells, verdict)
+        table.add_row(" ".join(word for word in label if word not in common), *cells, verdict)
     terminal.OUT.print(table)
     for number, clause in enumerate(clauses.values(), 1):
         terminal.OUT.print(f"{number}: {clause.clause}, {clause.limit}")
-    if not all(verdict.passed for verdict in judged):
-        terminal.OUT.print("!: does not hold")
 
 
 def _words(case: Case) -> list[str]:
