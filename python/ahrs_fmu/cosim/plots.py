@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from ahrs_fmu.cosim.expectations import LAST, MARGINS, Expectation, Verdict
 from ahrs_fmu.cosim.recording import Recording
 from ahrs_fmu.cosim.running import Outcome
 from ahrs_fmu.cosim.scenario import Scenario
+from ahrs_fmu.cosim.stepper import Array
 from ahrs_fmu.plots import PAGE_WIDTH, STYLE, thinned, unwrapped_gaps
 
 _ANGLES = ("roll", "pitch", "yaw")
@@ -27,7 +28,7 @@ _LOOKS: tuple[dict[str, Any], ...] = (
     {"color": "#009E73", "linewidth": 0.8, "linestyle": ":"},
 )
 """Of the attitudes: what is true broad and pale, so that it stays visible under what is estimated."""
-_SIGNAL, _BOUND, _FAULT = "#333333", "#D55E00", "#F6DCC8"
+_SIGNAL, _BOUND, _FAULT = "#333333", "#D55E00", "#E69F66"
 _ROW_HEIGHT = 1.05
 _MOST_SIGNALS = 6
 _NO_SIGN = 0.2
@@ -61,7 +62,7 @@ def run_figure(outcome: Outcome, title: str) -> Figure:
         if attitudes:
             _draw_attitudes(panels[:3], recording, attitudes)
         for panel, (signal, expectations) in zip(panels[rows - len(signals) :], signals, strict=True):
-            _draw_signal(panel, recording, signal, expectations)
+            _draw_signal(panel, outcome, signal, expectations)
             _annotate(panel, [v for v in outcome.verdicts if v.signal == signal])
         for panel in panels:
             _shade(panel, scenario, float(recording.time[-1]))
@@ -102,25 +103,37 @@ def _draw_attitudes(panels: Sequence[Axes], recording: Recording, names: Sequenc
         panel.set_ylabel(f"{name} [deg]")
 
 
-def _draw_signal(panel: Axes, recording: Recording, signal: str, expectations: Sequence[Expectation]) -> None:
+def _draw_signal(panel: Axes, outcome: Outcome, signal: str, expectations: Sequence[Expectation]) -> None:
+    recording = outcome.recording
     unit = recording.units.get(signal.partition("[")[0], "")
     shown = _DISPLAY.get(unit, unit)
     factor = units.factor(unit, shown)
     values = factor * magnitude(recording, signal)
     if unit in ("", "1") and (values == np.rint(values)).all():
-        # States and flags: a line between them would mean nothing.
-        panel.plot(recording.time, values, ".", markersize=1.5, color=_SIGNAL)
-        if set(np.unique(values)) <= {0.0, 1.0}:
-            panel.set_yticks((0.0, 1.0), ("false", "true"))
+        _draw_states(panel, recording.time, values, outcome.items.get(signal, {}))
     else:
         panel.plot(*thinned(recording.time, values), color=_SIGNAL)
-    for low, high, bound in _bounds(expectations, unit, float(recording.time[-1])):
+    fault_end = outcome.case.scenario.fault_end
+    for low, high, bound in _bounds(expectations, unit, fault_end, float(recording.time[-1])):
         # The size of a signal counts; of one that has no sign to speak of, one bound says all.
         both = values.min() < -_NO_SIGN * factor * bound
         for level in (factor * bound, -factor * bound) if both else (factor * bound,):
             panel.plot((low, high), (level, level), color=_BOUND, linewidth=0.8, linestyle="--")
     name = signal.replace("_", " ").replace(".", "\n")
     panel.set_ylabel(f"{name} [{shown}]" if shown not in ("", "1") else name)
+
+
+def _draw_states(panel: Axes, time: Array, values: Array, items: Mapping[str, int]) -> None:
+    """Draw whole numbers by their names; a line between them would mean nothing."""
+    called = {value: name.replace("_", " ") for name, value in items.items()}
+    seen = np.unique(values)
+    if not items and set(seen) <= {0.0, 1.0}:
+        seen, called = np.array([0.0, 1.0]), {0: "false", 1: "true"}
+    if all(value in called for value in seen):
+        # States that never occur take no room.
+        values = np.searchsorted(seen, values).astype(np.float64)
+        panel.set_yticks(range(len(seen)), [called[value] for value in seen])
+    panel.plot(time, values, ".", markersize=1.5, color=_SIGNAL)
 
 
 def _annotate(panel: Axes, verdicts: Sequence[Verdict]) -> None:
@@ -144,7 +157,7 @@ def _annotate(panel: Axes, verdicts: Sequence[Verdict]) -> None:
 
 
 def _bounds(
-    expectations: Sequence[Expectation], unit: str, end: float
+    expectations: Sequence[Expectation], unit: str, fault_end: float, end: float
 ) -> Iterator[tuple[float, float, float]]:
     """Where a bound begins and ends, and at what height it is, for those that are a size of the signal."""
     for expectation in expectations:
@@ -154,6 +167,8 @@ def _bounds(
             bounds = [expectation.at_most, expectation.at_least]
         if expectation.measure == "final":
             start = stop - LAST * (stop - start)
+        elif expectation.measure == "recovery":
+            start = max(start, fault_end)
         for bound in bounds:
             if bound is not None:
                 yield start, stop, units.quantity(bound, unit)
@@ -162,4 +177,5 @@ def _bounds(
 def _shade(panel: Axes, scenario: Scenario, end: float) -> None:
     for fault in scenario.faults.values():
         if fault.severity > 0.0 and fault.start < end:
-            panel.axvspan(fault.start, min(fault.end, end), color=_FAULT, linewidth=0, zorder=0)
+            # Where two faults overlap it is darker.
+            panel.axvspan(fault.start, min(fault.end, end), color=_FAULT, alpha=0.3, linewidth=0, zorder=0)

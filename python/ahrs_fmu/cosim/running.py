@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
@@ -41,6 +41,8 @@ class Outcome:
         Connections that hand over the value of the step before.
     failure : str
         Why the run stopped; empty if it did not.
+    items : mapping of str to mapping of str to int
+        By recorded signal: what its numbers are called, empty unless it is an enumeration.
     """
 
     case: Case
@@ -49,6 +51,7 @@ class Outcome:
     order: Sequence[str]
     delayed: Sequence[str]
     failure: str = ""
+    items: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
@@ -149,7 +152,7 @@ def _run(case: Case, system: System, progress: Callable[[int], None] | None) -> 
     recording = with_derived(recording, scenario.signals)
     items = {name: system.port(name).items for name in wanted}
     verdicts = [judge(e, recording, items, scenario.fault_end, _margins(e, system)) for e in scenario.expect]
-    return Outcome(case, recording, verdicts, *flow)
+    return Outcome(case, recording, verdicts, *flow, items=items)
 
 
 def run_file(
