@@ -17,7 +17,7 @@ help:
 	@echo "make demo       set up, build the FMUs, run the main example"
 	@echo "make test       all fast tests"
 	@echo "make test-all   also the slow campaigns"
-	@echo "make bench      timing, as ratios: updates (to build/bench.json), batches, Python as an FMU, responses"
+	@echo "make bench      timing, as ratios: updates (to build/bench.json), batches, Python as an FMU, responses, the closed loop"
 	@echo "make lint       ruff and mypy"
 	@echo "make generate   rewrite what is generated from the descriptors"
 	@echo "make pictures   run the pages that draw their pictures"
@@ -47,7 +47,7 @@ test-all: $(DEVELOP)
 
 bench: $(DEVELOP)
 	@$(PIP) -e ".[peers]"
-	@missed=0; for part in bench batch python_fmu kcf frequency; do \
+	@missed=0; for part in bench batch python_fmu kcf frequency closed_loop; do \
 		PYTHONPATH=tests/fmu $(PYTHON) tests/bench/$$part.py || missed=1; \
 	done; exit $$missed
 

@@ -147,6 +147,18 @@ def test_the_allan_deviation_returns_density_and_walk(triad: str) -> None:
     assert allan_deviation(x, dt, round(tau / dt)) / np.sqrt(tau / 3.0) == pytest.approx(walk, rel=0.1)
 
 
+def test_the_default_sensor_has_the_white_noise_of_its_data_sheet() -> None:
+    """MPU-9250 at rest for ten minutes at 250 Hz, quantised; without low-passes, which colour the noise."""
+    dt, samples = 0.004, 150_000
+    y = at_rest(model(gyro_bandwidth=0.0, accel_bandwidth=0.0, **STILL), samples, dt)
+    for triad, density in (("gyro", 1.2e-4), ("accel", 2.1e-3)):
+        found = allan_deviation(y[triad] - y[triad].mean(axis=0), dt, 25) * np.sqrt(25 * dt)
+        assert found == pytest.approx(density, rel=0.1)
+    fresh = y["mag"][y["mag_valid"].ravel().astype(bool)]
+    assert len(fresh) * 0.01 == pytest.approx(samples * dt, rel=1e-3)
+    assert allan_deviation(fresh - fresh.mean(axis=0), 0.01, 1) == pytest.approx(6e-7, rel=0.1)
+
+
 def test_a_wandering_bias_has_the_deviation_and_the_correlation_time_given() -> None:
     silent = of_sensor(Imu())
     changes = {"gyro_bias_instability": 0.02, "gyro_bias_time": 0.5}

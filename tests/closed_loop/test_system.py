@@ -115,6 +115,19 @@ def test_fmus_give_the_trajectory_of_the_c_code_to_the_bit(
         np.testing.assert_array_equal(found[name], expected[name])
 
 
+@pytest.mark.parametrize("estimator", ["gcf", "mekf"])
+def test_a_numpy_estimator_flies_the_trajectory_of_the_c_code(estimator: str) -> None:
+    found = []
+    for back_end in ("c", "numpy"):
+        components = cores()
+        components["estimator"] = CoreStepper(
+            descriptors.load(estimator), {"sample_time": STEP}, back_end=back_end
+        )
+        found.append(loop(components).run(4.0, SIGNALS))
+    for name in SIGNALS:
+        np.testing.assert_allclose(found[1][name], found[0][name], rtol=0.0, atol=1e-9)
+
+
 def test_saving_and_restoring_the_whole_continues_to_the_bit() -> None:
     system = loop(cores())
     system.run(0.5, SIGNALS)

@@ -183,6 +183,7 @@ class FmuStepper:
         self.fmu = fmu
         self._log: deque[str] = deque(maxlen=20)
         self._single: dict[str, _Bank] = {}
+        self._groups: dict[tuple[str, ...], list[_Bank]] = {}
         self._fresh = True
         self._instance = self._instantiate()
         self._step_results = [ctypes.byref(t()) for t in (ctypes.c_bool,) * 3 + (ctypes.c_double,)]
@@ -254,6 +255,21 @@ class FmuStepper:
         bank = self._bank(name)
         self._call(bank.get)
         return bank.read(name)
+
+    def set_all(self, values: Mapping[str, ArrayLike]) -> None:
+        """Set several inputs, those of one type in one call."""
+        for bank in self._grouped(tuple(values)):
+            for name in bank.names:
+                bank.write(name, values[name])
+            self._call(bank.set)
+
+    def get_all(self, names: Sequence[str]) -> dict[str, Array]:
+        """Return several variables as they are now, those of one type from one call."""
+        found: dict[str, Array] = {}
+        for bank in self._grouped(tuple(names)):
+            self._call(bank.get)
+            found |= {name: bank.read(name) for name in bank.names}
+        return found
 
     def step(self, dt: float) -> None:
         """Advance the time by `dt` seconds."""
@@ -395,6 +411,11 @@ class FmuStepper:
             self._single[name] = _Bank(self._instance, self.fmu.version, [self._variable(name)])
         return self._single[name]
 
+    def _grouped(self, names: tuple[str, ...]) -> list[_Bank]:
+        if names not in self._groups:
+            self._groups[names] = self._banks(names)
+        return self._groups[names]
+
     def _banks(self, names: Iterable[str]) -> list[_Bank]:
         variables = [self._variable(name) for name in names]
         groups = dict.fromkeys(v.access for v in variables)
@@ -439,6 +460,7 @@ class _Bank:
         self.get: Callable[[], int] = lambda: getter(*arguments)
         self.size = size
         self.flat = np.ctypeslib.as_array(values)
+        self.names = [v.name for v in variables]
         self._variables = variables
         self._views = {name: view[0, ...] for name, view in self._split(self.flat[None]).items()}
 

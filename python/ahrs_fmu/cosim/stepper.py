@@ -64,6 +64,17 @@ class Stepper(Protocol):
 
 
 @runtime_checkable
+class Grouping(Protocol):
+    """A stepper that takes or gives several variables in one call, faster than one after the other."""
+
+    def set_all(self, values: Mapping[str, Array]) -> None:
+        """Do what `Stepper.set` does for each of the inputs."""
+
+    def get_all(self, names: Sequence[str]) -> Mapping[str, Array]:
+        """Return what `Stepper.get` returns for each of the variables."""
+
+
+@runtime_checkable
 class Replayer(Protocol):
     """A stepper that also takes a whole record in one call, much faster than step by step."""
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from ahrs_fmu import units
 from ahrs_fmu.cosim.recording import Recording
-from ahrs_fmu.cosim.stepper import Array, Port, Replayer, Stepper
+from ahrs_fmu.cosim.stepper import Array, Grouping, Port, Replayer, Stepper
 from ahrs_fmu.cosim.taps import Tap
 from ahrs_fmu.errors import AhrsError, ScenarioError, SimulationError, UnitError
 
@@ -119,6 +119,7 @@ class System:
         if not (np.isfinite(step) and step > 0.0):
             raise ScenarioError(f"step = {step} s; the communication step must be positive")
         self.components = dict(components)
+        self._grouping = {name: s for name, s in self.components.items() if isinstance(s, Grouping)}
         self._drives = dict(drives)
         self.step_size = step
         self.method = method
@@ -193,10 +194,10 @@ class System:
         for name in self.order:
             stepper = self.components[name]
             try:
-                self._feed(name, stepper, seen, end)
+                self._set(name, self._inputs_of(name, seen, end))
                 stepper.step(self.step_size)
-                for output in self._read[name]:
-                    values[name, output] = self._tapped(name, output, stepper.get(output), end)
+                for output, value in self._get(name, self._read[name]).items():
+                    values[name, output] = self._tapped(name, output, value, end)
             except AhrsError as error:
                 raise SimulationError(f"{name} failed in the step to {end:.9g} s: {error}") from error
         self._values = values
@@ -363,13 +364,27 @@ class System:
             waiting.remove(order[-1])
         return order
 
-    def _feed(self, name: str, stepper: Stepper, values: Mapping[tuple[str, str], Array], end: float) -> None:
+    def _inputs_of(self, name: str, values: Mapping[tuple[str, str], Array], end: float) -> dict[str, Array]:
+        given: dict[str, Array] = {}
         for link in self._links_to[name]:
             value = values.get((link.source, link.output))
             if value is not None:
-                stepper.set(link.input, value if link.factor == 1.0 else link.factor * value)
+                given[link.input] = value if link.factor == 1.0 else link.factor * value
         for variable, signal in self._drives_of[name]:
-            stepper.set(variable, np.asarray(signal(end), dtype=np.float64))
+            given[variable] = np.asarray(signal(end), dtype=np.float64)
+        return given
+
+    def _set(self, name: str, values: Mapping[str, Array]) -> None:
+        if name in self._grouping:
+            self._grouping[name].set_all(values)
+        else:
+            for variable, value in values.items():
+                self.components[name].set(variable, value)
+
+    def _get(self, name: str, outputs: Sequence[str]) -> Mapping[str, Array]:
+        if name in self._grouping:
+            return self._grouping[name].get_all(outputs)
+        return {output: self.components[name].get(output) for output in outputs}
 
     def _initial_values(self) -> dict[tuple[str, str], Array]:
         """Outputs before the first step that somebody uses a step late."""
