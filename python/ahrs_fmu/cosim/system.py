@@ -390,7 +390,13 @@ class System:
         """Outputs before the first step that somebody uses a step late."""
         delayed = {connection.source for connection in self.delayed}
         keys = {(link.source, link.output) for link in self._links if link.connection.source in delayed}
-        return {key: self._tapped(*key, self.components[key[0]].get(key[1]), 0.0) for key in sorted(keys)}
+        # In the order of the sweep: a tap may need what another has seen.
+        ordered = [(name, output) for name in self.order for output in self._read[name]]
+        return {
+            (name, output): self._tapped(name, output, self.components[name].get(output), 0.0)
+            for name, output in ordered
+            if (name, output) in keys
+        }
 
     def _tapped(self, component: str, output: str, value: Array, end: float) -> Array:
         chain = self._taps.get((component, output))
