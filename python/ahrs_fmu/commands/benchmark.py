@@ -42,6 +42,7 @@ def benchmark(
         typer.Option(
             "--estimators",
             "--estimator",
+            metavar="<names>",
             help="Filters, with commas between them; may be repeated; default: all of them.",
         ),
     ] = None,
