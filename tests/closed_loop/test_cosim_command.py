@@ -122,3 +122,14 @@ def test_what_cannot_be_done_is_one_line(
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
     assert re.search(words, lines[0])
+
+
+def test_the_overview_names_every_limit_that_a_clause_has(
+    workplace: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (workplace / "strict.cosim.toml").write_text(SCENARIO.replace("6 deg", "0.01 deg"))
+    assert main(["cosim", "rest.cosim.toml", "strict.cosim.toml"]) == 1
+    text = capsys.readouterr().out
+    assert "1: rms of attitude_error.total, ≤ 6 deg or ≤ 0.01 deg" in text
+    assert re.search(r"strict +\S+ ! +FAILS", text)
+    assert "1 of 2 runs hold" in text

@@ -183,8 +183,9 @@ def _print_table(results: Sequence[tuple[str, Outcome]]) -> None:
         verdict = "stopped" if outcome.failure else "holds" if outcome.passed else "FAILS"
         table.add_row(" ".join(word for word in label if word not in common), *cells, verdict)
     terminal.OUT.print(table)
-    for number, clause in enumerate(clauses.values(), 1):
-        terminal.OUT.print(f"{number}: {clause.clause}, {clause.limit}")
+    for number, clause in enumerate(clauses, 1):
+        limits = dict.fromkeys(v.limit for _, o in results for v in o.verdicts if v.clause == clause)
+        terminal.OUT.print(f"{number}: {clause}, {' or '.join(limits)}")
 
 
 def _words(case: Case) -> list[str]:
