@@ -3641,9 +3641,9 @@ static inline void ahrs_kcf_outputs(const ahrs_kcf_state *s, const ahrs_kcf_para
 /* Covariance of a filter that calibrates sensors (docs/accuracy.md): twelve states of the gyroscope, then those of the
  * magnetometer: field, hard iron and latency; or field and hard iron alone.
  *
- * Both halves are kept, row by row, and get the same bits, so that all work runs along rows; these are padded with zeros
- * to whole quads. Measurements are taken one after the other; the covariance follows once for all of them. Sizes are
- * arguments, so that they are constants wherever a function is inlined. */
+ * Both halves are kept, row by row, and get the same bits, so that all work runs along rows; these are padded with
+ * zeros to whole quads. Measurements are taken one after the other; the covariance follows once for all of them. Sizes
+ * are arguments, so that they are constants wherever a function is inlined. */
 #ifndef CALIBRATION_COVARIANCE_H
 #define CALIBRATION_COVARIANCE_H
 
@@ -3800,7 +3800,10 @@ static const ahrs_real kcf_REST_ACCEL = AHRS_C(0.5);                            
 
 static const ahrs_real kcf_IRON_VARIANCE_MAX = AHRS_C(4.0); /* of the field: nothing more is unknown than that */
 static const ahrs_real kcf_IRON_MAX = AHRS_C(10.0), SCALE_MAX = AHRS_C(0.2), LATENCY_MAX = AHRS_C(0.1);
-static const ahrs_real kcf_SENSE_POWER = AHRS_C(0.5), SENSE_OPPOSED = AHRS_C(0.3), SENSE_GRAVITY = AHRS_C(0.85);
+/* A swapped sign makes the correlation -1 of the power. Little rotation has to show it more clearly. */
+static const ahrs_real kcf_SENSE_POWER = AHRS_C(0.5), SENSE_OPPOSED = AHRS_C(0.3);
+static const ahrs_real kcf_SENSE_LEAST_POWER = AHRS_C(0.15), SENSE_CLEARLY = AHRS_C(0.7);
+static const ahrs_real kcf_SENSE_GRAVITY = AHRS_C(0.85);
 static const ahrs_real kcf_LAG_MAX = AHRS_C(0.3); /* rad */
 static const ahrs_real kcf_MISFIT_MAX = AHRS_C(1e4);
 /* Views of the field after which a misfit is no hard iron, and after which a field without misfit is known. */
@@ -3811,6 +3814,7 @@ static const ahrs_real kcf_MAG_TIME_MAX = AHRS_C(0.2); /* s: rarer samples count
 /* Independent views of the field: per second at rest, one per angle in motion, at most so many per second. */
 static const ahrs_real kcf_VIEWS_AT_REST = AHRS_C(0.02), VIEW_ANGLE = AHRS_C(0.5), VIEWS_MAX = AHRS_C(1.0);
 static const ahrs_real kcf_SETTLED = AHRS_C(20.0); /* time constants: what is left of the first tilt error is 2e-9 */
+static const ahrs_real kcf_RATE_BANDWIDTH = AHRS_C(10.0); /* rad/s: people and vehicles turn to and fro no faster */
 static const ahrs_real kcf_LOST = AHRS_C(0.03); /* rad2: an attitude less certain than 10 deg begins anew */
 static const ahrs_real kcf_TURNED = AHRS_C(6e-4); /* squared difference of rotation matrices: 1 deg */
 static const ahrs_real kcf_EVIDENCE_DECIDES = AHRS_C(2980.9579870417283); /* odds of e^8 */
@@ -4094,7 +4098,8 @@ static void kcf_compare_all_senses(ahrs_kcf_state *s, const ahrs_sample *z, ahrs
 static bool kcf_opposes(const ahrs_real *sense, const ahrs_real *power) {
     bool found = false;
     for (int i = 0; i < 3; i++) {
-        found = found || (power[i] > kcf_SENSE_POWER && sense[i] < -SENSE_OPPOSED * power[i]);
+        const ahrs_real enough = power[i] > kcf_SENSE_POWER ? SENSE_OPPOSED : SENSE_CLEARLY;
+        found = found || (power[i] > kcf_SENSE_LEAST_POWER && sense[i] < -enough * power[i]);
     }
     return found;
 }
@@ -4102,7 +4107,7 @@ static bool kcf_opposes(const ahrs_real *sense, const ahrs_real *power) {
 /* Field and gyroscope turn in opposite senses, or force and gyroscope do and the averaged force is no gravity either:
  * accelerations alone can oppose the rotation for a while, but they average out. */
 static bool kcf_implausible(const ahrs_kcf_state *s, const ahrs_kcf_params *p) {
-    const ahrs_real least = SENSE_GRAVITY * p->common.gravity;
+    const ahrs_real least = kcf_SENSE_GRAVITY * p->common.gravity;
     return kcf_opposes(s->sense + 3, s->sense_power + 3) ||
            (kcf_opposes(s->sense, s->sense_power) && ahrs_vec3_norm2(ahrs_vec3_of(s->tilt_force)) < least * least);
 }
@@ -4188,34 +4193,31 @@ static ahrs_real kcf_drift_variance(const ahrs_kcf_params *p, ahrs_real accuracy
     return (r * r / (kcf_square(kcf_BIAS_GROWTH) / p->bias_forget_time) + r * T) / T;
 }
 
-/* Gyroscope rows [I, 0] at rest. */
-static bool kcf_learn_at_rest(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_real *innovation) {
-    static const ahrs_real h[3 * 4] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-    const ahrs_real variance = kcf_drift_variance(p, p->rest_drift_std, s->job_time);
-    ahrs_real y[3 * kcf_ROW];
-    memcpy(y, s->cov, sizeof y);
-    if (!ahrs_cal_measure(3, kcf_GYRO, 4, kcf_ROW, h, innovation, variance, y, s->dx)) {
-        return false;
+/* Takes rows h of measurements with their products y; h is of `size`, from state `first` on. */
+AHRS_INLINE bool kcf_take(ahrs_kcf_state *s, int rows, int first, int size, const ahrs_real *h, const ahrs_real *innovation,
+                      ahrs_real variance, ahrs_real *y) {
+    const bool sound = ahrs_cal_measure(rows, first, size, kcf_ROW, h, innovation, variance, y, s->dx);
+    if (sound) {
+        ahrs_cal_subtract(rows, kcf_N, kcf_ROW, y, s->cov);
     }
-    ahrs_cal_subtract(3, kcf_N, kcf_ROW, y, s->cov);
-    return true;
+    return sound;
 }
 
-/* Two rows h of the drift of the tilt in motion, with their products y. */
-static bool kcf_learn_in_motion(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_real *innovation,
-                            const ahrs_real *h, ahrs_real *y) {
-    const ahrs_real young = ahrs_max(1, kcf_square(kcf_tau_accel(p) / s->tilt_age));
-    const ahrs_real variance = kcf_drift_variance(p, p->motion_drift_std, s->job_time) * young;
-    if (!ahrs_cal_measure(2, kcf_GYRO, kcf_G, kcf_ROW, h, innovation, variance, y, s->dx)) {
-        return false;
+/* The same for two or three rows, compiled once for each; a covariance that has lost its meaning begins anew. */
+static void kcf_learn(ahrs_kcf_state *s, const ahrs_kcf_params *p, int rows, int first, int size, const ahrs_real *h,
+                  const ahrs_real *innovation, ahrs_real variance, ahrs_real *y) {
+    const bool sound = rows == 2 ? kcf_take(s, 2, first, size, h, innovation, variance, y)
+                                 : kcf_take(s, 3, first, size, h, innovation, variance, y);
+    if (!sound) {
+        kcf_lose_covariance(s, p);
     }
-    ahrs_cal_subtract(2, kcf_N, kcf_ROW, y, s->cov);
-    return true;
 }
 
+/* At rest the low-passed gyroscope shows its bias, all axes of it; in motion the drift of the tilt shows two rows. */
 static void kcf_learn_gyro(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
-    const ahrs_real growth = kcf_square(kcf_BIAS_GROWTH) / p->bias_forget_time * s->job_time;
-    const bool rests = s->job & kcf_JOB_REST, drifts = s->job & kcf_JOB_DRIFT;
+    static const ahrs_real AXES[3 * 4] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    const ahrs_real T = s->job_time, growth = kcf_square(kcf_BIAS_GROWTH) / p->bias_forget_time * T;
+    const bool drifts = s->job & kcf_JOB_DRIFT;
     const ahrs_real u[2] = {-s->x[kcf_FIELD + 1], s->x[kcf_FIELD]};
     ahrs_real innovation[3], h[3 * kcf_G], y[3 * kcf_ROW];
     for (int i = 0; i < 3; i++) {
@@ -4237,11 +4239,12 @@ static void kcf_learn_gyro(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
         ahrs_cal_gyro_products(1, s->cov, h, y);
     }
     kcf_couple(s, u, y, ahrs_cal_dot(kcf_G, h, y));
-    const bool sound = rests    ? kcf_learn_at_rest(s, p, innovation)
-                       : drifts ? kcf_learn_in_motion(s, p, innovation, h + kcf_G, y + kcf_ROW)
-                                : true;
-    if (!sound) {
-        kcf_lose_covariance(s, p);
+    if (s->job & kcf_JOB_REST) {
+        memcpy(y, s->cov, 3 * kcf_ROW * sizeof *y);
+        kcf_learn(s, p, 3, kcf_GYRO, 4, AXES, innovation, kcf_drift_variance(p, p->rest_drift_std, T), y);
+    } else if (drifts) {
+        const ahrs_real young = ahrs_max(1, kcf_square(kcf_tau_accel(p) / s->tilt_age));
+        kcf_learn(s, p, 2, kcf_GYRO, kcf_G, h + kcf_G, innovation, kcf_drift_variance(p, p->motion_drift_std, T) * young, y + kcf_ROW);
     }
 }
 
@@ -4439,11 +4442,7 @@ static void kcf_learn_mag(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     ahrs_real h[3 * AHRS_CAL_MAG], y[3 * kcf_ROW];
     ahrs_cal_mag_rows(&R, ahrs_mat3_apply(R, ahrs_vec3_cross(ahrs_vec3_of(s->job_rate), m)), h);
     ahrs_cal_mag_products(kcf_ROW, true, s->cov + kcf_ROW * kcf_FIELD, h, y);
-    if (!ahrs_cal_measure(3, kcf_FIELD, AHRS_CAL_MAG, kcf_ROW, h, s->job_nu, s->job_noise[1], y, s->dx)) {
-        kcf_lose_covariance(s, p);
-        return;
-    }
-    ahrs_cal_subtract(3, kcf_N, kcf_ROW, y, s->cov);
+    kcf_learn(s, p, 3, kcf_FIELD, AHRS_CAL_MAG, h, s->job_nu, s->job_noise[1], y);
 }
 
 static void kcf_ask(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
@@ -4654,12 +4653,25 @@ static void kcf_restart_tilt(ahrs_kcf_state *s, const ahrs_kcf_params *p) {
     s->rest_time = 0;
 }
 
-/* What a time without a rate costs at the mean squared rate before: certainty of the heading, or the attitude. */
-static void kcf_account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *p, ahrs_real blind) {
-    const ahrs_real lost = blind * blind * s->job_rate2;
-    const bool all = blind > AHRS_LONGEST_STEP || lost > kcf_LOST;
+/* Turns the attitude by what a held rate has missed if the rate has gone straight to where it is now. */
+static void kcf_make_good_hold(ahrs_kcf_state *s, ahrs_vec3 rate) {
+    const ahrs_vec3 change = ahrs_vec3_sub(rate, ahrs_vec3_of(s->rate));
+    const ahrs_vec3 missed = ahrs_vec3_scale(change, AHRS_C(0.5) * s->blind);
+    ahrs_quat_to(s->q_int, ahrs_quat_unit(ahrs_quat_mul(ahrs_quat_of(s->q_int), ahrs_quat_exp(missed))));
+    ahrs_vec3_to(s->turn, ahrs_vec3_add(ahrs_vec3_of(s->turn), missed));
+}
+
+/* What a time without a rate costs: certainty of the heading, or the attitude. A rate that swings at RATE_BANDWIDTH is
+ * off a straight line by its second derivative, which over a time T turns by rate bandwidth^2 T^3 / 12. */
+static void kcf_account_for_blindness(ahrs_kcf_state *s, const ahrs_kcf_params *p, const ahrs_sample *z) {
+    const ahrs_vec3 rate = ahrs_vec3_sub(z->rate, kcf_gyro_error(s, z->rate));
+    const ahrs_real T = s->blind, rate2 = ahrs_max(s->job_rate2, ahrs_vec3_norm2(rate));
+    const ahrs_real lost = rate2 * kcf_square(kcf_square(kcf_RATE_BANDWIDTH) * T * T * T / 12);
+    const bool all = ahrs_max(T, z->dt) > AHRS_LONGEST_STEP || lost > kcf_LOST;
     if (all) {
         kcf_restart_tilt(s, p);
+    } else {
+        kcf_make_good_hold(s, rate);
     }
     kcf_turn_field(kcf_variance_of(s->cov, kcf_FIELD), kcf_ROW, s->x + kcf_FIELD, all ? 1 : lost);
     kcf_turn_field(s->alt_cov, kcf_ALT_ROW, s->alt_x, all ? 1 : lost);
@@ -4752,7 +4764,7 @@ static inline void ahrs_kcf_update(ahrs_kcf_state *s, const ahrs_kcf_params *p, 
     }
     const bool held = ahrs_condition(&s->common, AHRS_GYRO_HELD);
     if (z.dt > AHRS_LONGEST_STEP || (s->blind > 0 && !held)) {
-        kcf_account_for_blindness(s, p, ahrs_max(s->blind, z.dt));
+        kcf_account_for_blindness(s, p, &z);
     }
     s->blind = held ? s->blind + z.dt : 0;
     kcf_step(s, p, &z, z.dt);
