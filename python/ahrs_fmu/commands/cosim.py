@@ -69,12 +69,15 @@ def cosim(
     runs = [(file, case) for file in opened for case in file.cases(changes, seeds or None)]
     results: list[tuple[str, Outcome]] = []
     told: ScenarioFile | None = None
+    flow: tuple[Sequence[str], Sequence[str]] = ((), ())
     with Instances(output) as instances:
         for file, case in runs:
             outcome = _run(file, case, instances)
-            if file is not told:
+            if file is not told and outcome.case.scenario.description:
+                terminal.prose(f"{file.name}: {outcome.case.scenario.description}", hanging=2)
+            if (outcome.order, outcome.delayed) != flow:
                 _print_flow(outcome)
-                told = file
+            told, flow = file, (outcome.order, outcome.delayed)
             _print(file, outcome, in_full=len(runs) == 1 or not outcome.passed)
             if plot or show:
                 _draw(file, outcome, output, show)

@@ -32,6 +32,7 @@ from ahrs_fmu.cosim.faults import AnyFault
 from ahrs_fmu.cosim.instances import SOURCES, Component, Via
 from ahrs_fmu.cosim.system import Connection, Method
 from ahrs_fmu.errors import ScenarioError
+from ahrs_fmu.estimators.model import FILTERS
 from ahrs_fmu.trajectories import Data, Positive
 
 SUFFIX = ".cosim.toml"
@@ -97,8 +98,9 @@ class Scenario(Data, frozen=True):
 
     @property
     def fault_end(self) -> float:
-        """When the last fault is over, s; -infinity when there is none."""
-        return max((fault.end for fault in self.faults.values()), default=float("-inf"))
+        """When the last fault is over that ends within the run, s; -infinity when there is none."""
+        ends = (fault.end for fault in self.faults.values() if fault.end < self.duration)
+        return max(ends, default=float("-inf"))
 
     @property
     def rows(self) -> int:
@@ -208,10 +210,13 @@ class ScenarioFile:
         return Case(self.scenario(changes), seed, dict(changes), self.path.name)
 
     def computed_by(self, via: Via) -> ScenarioFile:
-        """Return the same file with all models of this package computed by something else."""
+        """Return the same file with the models of this package computed by something else.
+
+        Models without a numpy back-end, such as those of the vehicle, stay what they are when it is "numpy".
+        """
         table = copy.deepcopy(dict(self.table))
         for component in table.get("components", {}).values():
-            if "model" in component:
+            if "model" in component and (via != "numpy" or component["model"] in FILTERS):
                 component["via"] = via
         return replace(self, table=table)
 
