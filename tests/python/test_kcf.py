@@ -241,6 +241,16 @@ def test_senseless_samples_leave_nothing_behind(turning: Record, precision: str)
     assert tilt[-3000:].max() < 0.6 * DEG
 
 
+def test_what_a_held_rate_has_missed_is_made_good(turning: Record) -> None:
+    gyro = np.array(turning.gyro)
+    gyro[3000:3015] = np.nan
+    clean, held = filter_().run(turning), filter_().run(replace(turning, gyro=gyro))
+    apart = angle_between(clean.q, held.q)
+    assert apart[3014] > 1.0 * DEG
+    # What is left is the curvature of the rate, here some rad/s3.
+    assert apart[3015:3500].max() < 0.3 * apart[3014]
+
+
 def test_a_fall_without_weight_does_not_end_the_learning(imperfect: Record) -> None:
     valid = np.ones(len(imperfect), dtype=np.bool_)
     valid[5000:6000] = False
