@@ -58,6 +58,9 @@ def predicted(frequency: np.ndarray, model: str | None, **parameters: object) ->
     return with_margins(frequency, systems.response(roll_loop(STEP, estimator), frequency))
 
 
+FAST = ("gcf", "mahony_ekf", "improved_ekf", "mekf")
+
+
 def hover(**own: object) -> dict[str, Any]:
     """A scenario on top of the silent hover."""
     return {"template": HOVER.name, **own}
@@ -73,7 +76,9 @@ def test_on_the_truth_theory_and_measurement_agree() -> None:
     assert np.degrees(expected.phase_margin) == pytest.approx(37.8, abs=0.1)
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(
+    "model", [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in MODELS]
+)
 def test_the_margin_that_an_estimator_costs_is_the_predicted_one(model: str) -> None:
     found = measured(hover(), model, **MODELS[model])
     expected = predicted(found.frequency, model, **MODELS[model])

@@ -12,7 +12,7 @@ import numpy as np
 from ahrs_fmu.cosim import faults, loop_gain
 from ahrs_fmu.cosim import scenario as scenarios
 from ahrs_fmu.cosim.derived import source_of, with_derived
-from ahrs_fmu.cosim.expectations import MARGINS, Expectation, Verdict, judge
+from ahrs_fmu.cosim.expectations import MARGINS, Verdict, judge
 from ahrs_fmu.cosim.instances import Instances
 from ahrs_fmu.cosim.recording import Recording
 from ahrs_fmu.cosim.scenario import Case, Scenario
@@ -151,7 +151,11 @@ def _run(case: Case, system: System, progress: Callable[[int], None] | None) -> 
         return Outcome(case, with_derived(error.recording, scenario.signals), (), *flow, str(error))
     recording = with_derived(recording, scenario.signals)
     items = {name: system.port(name).items for name in wanted}
-    verdicts = [judge(e, recording, items, scenario.fault_end, _margins(e, system)) for e in scenario.expect]
+    margins = _margins(scenario, system)
+    verdicts = [
+        judge(e, recording, items, scenario.fault_end, margins.get((e.signal, e.direction), {}))
+        for e in scenario.expect
+    ]
     return Outcome(case, recording, verdicts, *flow, items=items)
 
 
@@ -198,11 +202,16 @@ def signals_of(scenario: Scenario) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _margins(expectation: Expectation, system: System) -> Mapping[str, float]:
-    if expectation.measure not in MARGINS:
-        return {}
-    found = loop_gain.margins(system, expectation.signal, expectation.direction)
-    return {"phase_margin": found.phase_margin, "gain_margin": found.gain_margin}
+def _margins(
+    scenario: Scenario, system: System
+) -> Mapping[tuple[str, tuple[float, ...]], Mapping[str, float]]:
+    """Both margins by signal and direction, measured once for all clauses that ask for one of them."""
+    loops = dict.fromkeys((e.signal, e.direction) for e in scenario.expect if e.measure in MARGINS)
+    found = {loop: loop_gain.margins(system, *loop) for loop in loops}
+    return {
+        loop: {"phase_margin": gain.phase_margin, "gain_margin": gain.gain_margin}
+        for loop, gain in found.items()
+    }
 
 
 def _played(scenario: Scenario, seed: int) -> dict[str, Stepper]:
