@@ -47,7 +47,7 @@ test-all: $(DEVELOP)
 
 bench: $(DEVELOP)
 	@$(PIP) -e ".[peers]"
-	@missed=0; for part in bench batch python_fmu kcf frequency closed_loop; do \
+	@missed=0; for part in bench batch python_fmu kcf frequency closed_loop campaign; do \
 		PYTHONPATH=tests/fmu $(PYTHON) tests/bench/$$part.py || missed=1; \
 	done; exit $$missed
 

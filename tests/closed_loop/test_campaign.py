@@ -247,6 +247,22 @@ def test_without_the_extra_the_command_says_what_to_install(
         run(planned(folder), folder / "out")
 
 
+def test_the_example_of_the_page_runs_and_tells_the_estimators_apart(folder: Path) -> None:
+    page = Path(__file__).parents[2] / "docs" / "campaign.md"
+    flight, faults = re.findall(r"```toml\n(.*?)```", page.read_text(), re.DOTALL)
+    (folder / "flight.cosim.toml").write_text(flight)
+    (folder / "faults.campaign.toml").write_text(faults.replace("seeds = 10", "seeds = 1"))
+    results = run(campaign.read("faults.campaign.toml"), folder / "out")
+    passing = {
+        (case.levels["fault"], case.levels["components.estimator.model"])
+        for case, result in zip(results.campaign.cases, results.cases, strict=True)
+        if result.passed and case.levels["faults.injected.severity"] == 1.0
+    }
+    assert ("iron", "gcf") not in passing
+    assert ("vibration", "kcf") in passing
+    assert results.stopped == 0
+
+
 # What comes out
 
 
