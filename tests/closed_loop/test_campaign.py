@@ -7,6 +7,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -120,6 +121,11 @@ def planned(folder: Path, *changes: tuple[str, str]) -> Campaign:
 def run(plan: Campaign, output: Path, **options: object) -> Results:
     """Run with one thread, which starts at once."""
     return campaign.run(plan, output, **{"workers": 1, "threads": True, **options})  # type: ignore[arg-type]
+
+
+def ahrs_fmu(*arguments: str) -> list[str]:
+    """Command line of the program in a process of its own."""
+    return [sys.executable, "-c", "import sys; from ahrs_fmu.cli import main; sys.exit(main())", *arguments]
 
 
 def comparable(results: Results) -> list[CaseResult]:
@@ -400,6 +406,32 @@ campaign.run(campaign.read("gains.campaign.toml"), "out", workers=1, threads=Tru
     assert tables[0].equals(tables[1])
 
 
+@pytest.mark.slow
+def test_a_command_that_is_killed_again_and_again_ends_with_the_same_table(folder: Path) -> None:
+    plan = planned(folder, ("samples = 3", "samples = 80"))
+    command = ahrs_fmu("campaign", "gains.campaign.toml", "--workers", "2", "-o", "out", "--worst", "0")
+    parts = folder / "out" / "parts"
+    for kill in range(3):
+        before = len(list(parts.glob("*.parquet")))
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+            while len(list(parts.glob("*.parquet"))) < before + 3:
+                assert process.poll() is None
+            time.sleep(0.1 * kill)
+            process.kill()
+    there = Store(folder / "out").count()
+    assert 0 < there < len(plan.cases)
+    ended = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert ended.returncode == 1
+    assert ended.stdout.startswith(f"{there} of {len(plan.cases)} results are there from before")
+    run(plan, folder / "unkilled")
+    assert Store(folder / "out").count() == len(plan.cases)
+    tables = [
+        parquet.read_table(folder / name / campaign.RESULTS).drop_columns("runtime")
+        for name in ("out", "unkilled")
+    ]
+    assert tables[0].equals(tables[1])
+
+
 def test_more_seeds_run_only_what_is_new_and_a_changed_scenario_runs_anew(folder: Path) -> None:
     ran: list[tuple[int, int]] = []
 
@@ -436,17 +468,7 @@ def test_two_campaigns_do_not_write_to_one_folder(folder: Path) -> None:
 @pytest.mark.slow
 def test_an_interrupted_command_says_how_to_go_on(folder: Path) -> None:
     planned(folder, ("samples = 3", "samples = 3000"))
-    command = [
-        sys.executable,
-        "-m",
-        "ahrs_fmu.cli",
-        "campaign",
-        "gains.campaign.toml",
-        "--workers",
-        "2",
-        "-o",
-        "out",
-    ]
+    command = ahrs_fmu("campaign", "gains.campaign.toml", "--workers", "2", "-o", "out")
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
         while len(list((folder / "out" / "parts").glob("*.parquet"))) < 5:
             assert process.poll() is None

@@ -82,7 +82,7 @@ class Cluster:
 
     def close(self) -> None:
         """Free what the tasks left open on the workers."""
-        self._client.run(worker.close)
+        self._client.run(worker.close, on_error="ignore")
 
 
 @contextmanager
