@@ -53,18 +53,32 @@ def wanted_thrust(time: float) -> float:
     return float(GRAVITY / (np.cos(roll) * np.cos(pitch)))
 
 
-def errors(model: str, options: Mapping[str, object], seed: int) -> tuple[float, float]:
-    """RMS error in total and of the tilt over a flight from hover, without rest before, deg."""
+def thrust_from_the_ground(time: float) -> float:
+    """Rotors that idle, a take-off, then the same."""
+    return 0.6 if time < 3.5 else 11.3 if time < 4.8 else wanted_thrust(time)
+
+
+ON_THE_GROUND: Mapping[str, Mapping[str, object]] = {
+    "quadrotor": {"ground": True, "initial_position": (0.0, 0.0, -0.12), "initial_rotor_speed": 100.0},
+    "controller": {"initial_thrust": 0.6},
+}
+
+
+def errors(
+    model: str, options: Mapping[str, object], seed: int, *, from_ground: bool = False
+) -> tuple[float, float]:
+    """RMS error in total and of the tilt over a flight, deg: from hover, or from a rest on the ground."""
+    start = ON_THE_GROUND if from_ground else {"quadrotor": {}, "controller": {}}
 
     def core(name: str, **parameters: object) -> CoreStepper:
         return CoreStepper(descriptors.load(name), {"sample_time": STEP, **parameters})
 
     system = System(
         {
-            "quadrotor": core("quadrotor"),
+            "quadrotor": core("quadrotor", **start["quadrotor"]),
             "imu": core("imu", seed=seed),
             "estimator": core(model, **options),
-            "controller": core("attitude_controller"),
+            "controller": core("attitude_controller", **start["controller"]),
         },
         (
             "quadrotor.q -> imu.q",
@@ -81,7 +95,10 @@ def errors(model: str, options: Mapping[str, object], seed: int) -> tuple[float,
             "controller.rotor_speed_command -> quadrotor.rotor_speed_command",
         ),
         step=STEP,
-        drives={"controller.q_ref": wanted_attitude, "controller.thrust": wanted_thrust},
+        drives={
+            "controller.q_ref": wanted_attitude,
+            "controller.thrust": thrust_from_the_ground if from_ground else wanted_thrust,
+        },
         start_values=("quadrotor.wind", "controller.rate_ref", "controller.angular_acceleration_ref"),
     )
     flight = system.run(SECONDS, ("quadrotor.q", "estimator.q"))
@@ -89,13 +106,18 @@ def errors(model: str, options: Mapping[str, object], seed: int) -> tuple[float,
     return rms["total"], rms["inclination"]
 
 
-def mean_errors(model: str, options: Mapping[str, object]) -> NDArray[np.float64]:
-    return np.mean([errors(model, options, seed) for seed in SEEDS], axis=0)
+def mean_errors(
+    model: str, options: Mapping[str, object], *, from_ground: bool = False
+) -> NDArray[np.float64]:
+    return np.mean([errors(model, options, seed, from_ground=from_ground) for seed in SEEDS], axis=0)
+
+
+OWN = {"profile": "multirotor"}
 
 
 @pytest.fixture(scope="module")
 def own() -> NDArray[np.float64]:
-    return mean_errors("kcf", {"profile": "multirotor"})
+    return mean_errors("kcf", OWN)
 
 
 @pytest.mark.slow
@@ -112,3 +134,9 @@ def test_settings_that_suit_accelerations_do_not_make_up_for_it(name: str, own: 
     others = mean_errors(*SUITED[name])
     assert others[0] > 1.5 * own[0], (others, own)
     assert others[1] > 1.2 * own[1], (others, own)
+
+
+@pytest.mark.slow
+def test_a_rest_before_take_off_halves_its_errors(own: NDArray[np.float64]) -> None:
+    rested = mean_errors("kcf", OWN, from_ground=True)
+    assert np.all(rested < [0.6, 0.7] * own), (rested, own)
