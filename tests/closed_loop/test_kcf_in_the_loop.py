@@ -109,7 +109,10 @@ def errors(
 def mean_errors(
     model: str, options: Mapping[str, object], *, from_ground: bool = False
 ) -> NDArray[np.float64]:
-    return np.mean([errors(model, options, seed, from_ground=from_ground) for seed in SEEDS], axis=0)
+    found = np.mean([errors(model, options, seed, from_ground=from_ground) for seed in SEEDS], axis=0)
+    start = "from the ground" if from_ground else "from hover"
+    print(f"{model} {dict(options)} {start}: total {found[0]:.1f}, tilt {found[1]:.1f}")
+    return found
 
 
 OWN = {"profile": "multirotor"}
