@@ -459,6 +459,16 @@ def test_a_changed_file_that_a_scenario_names_runs_anew(folder: Path) -> None:
     assert campaign.read("fragile.campaign.toml").cases[0].key != before
 
 
+def test_a_damaged_file_of_results_is_told(folder: Path) -> None:
+    plan = planned(folder)
+    (folder / "out" / "parts").mkdir(parents=True)
+    (folder / "out" / "parts" / "00000001.parquet").write_bytes(b"PAR1 and no end")
+    with pytest.raises(
+        ScenarioError, match=r"00000001\.parquet is damaged .*: remove it, and its cases run again"
+    ):
+        run(plan, folder / "out")
+
+
 def test_two_campaigns_do_not_write_to_one_folder(folder: Path) -> None:
     plan = planned(folder)
     with Store(folder / "out").locked(), pytest.raises(ScenarioError, match="a campaign is writing there"):

@@ -199,6 +199,7 @@ class Report {
         ...(cumulative ? { x0: at, x1: at, yref: "paper", y0: 0, y1: 1 }
           : { y0: at, y1: at, xref: "paper", x0: 0, x1: 1 }) })),
       annotations: lines.map((at) => ({ text: `limit ${number(at)}`, showarrow: false, font: { color: "#c8501e" },
+        bgcolor: "rgba(255,255,255,0.8)",
         ...(cumulative ? { x: log ? Math.log10(at) : at, yref: "paper", y: 0.02, xanchor: "left", yanchor: "bottom" }
           : { y: log ? Math.log10(at) : at, xref: "paper", x: 1, xanchor: "right", yanchor: "bottom" }) })),
     };
@@ -260,7 +261,7 @@ class Report {
         value: (k) => clause.measured[k] ?? -Infinity, cell: (k) => element("td", {
           textContent: number(clause.measured[k]), className: out[c].has(k) ? "n over" : "n" }) })),
       { title: "of limit", right: true, value: (k) => data.used[k] ?? Infinity, cell: (k) => element("td", {
-        className: "n", textContent: number(data.used[k] ?? Infinity) }) },
+        className: "n", textContent: data.state[k] === 2 ? "" : number(data.used[k] ?? Infinity) }) },
       ...(data.failures.length ? [{ title: "stopped because", value: (k) => data.failure[k], cell: (k) => element("td", {
         className: "why", textContent: data.failure[k] < 0 ? "" : data.failures[data.failure[k]] }) }] : []),
     ];

@@ -75,9 +75,15 @@ class Store:
         self._write(self._table(cases, results), final)
 
     def known(self, keys: Iterable[str]) -> dict[str, CaseResult]:
-        """Results that are there of those cases, by key."""
+        """Results that are there of those cases, by key.
+
+        Raises
+        ------
+        ScenarioError
+            If a file is damaged.
+        """
         wanted = set(keys)
-        rows = (row for path in self._files() for row in self._parquet.read_table(path).to_pylist())
+        rows = (row for path in self._files() for row in self._rows(path))
         return {row["case"]: _result(row) for row in rows if row["case"] in wanted}
 
     def count(self) -> int:
@@ -100,6 +106,13 @@ class Store:
 
     def _files(self) -> list[Path]:
         return sorted(self._parts.glob("*.parquet"))
+
+    def _rows(self, path: Path) -> list[dict[str, Any]]:
+        try:
+            rows: list[dict[str, Any]] = self._parquet.read_table(path).to_pylist()
+        except self._arrow.ArrowInvalid as error:
+            raise ScenarioError(f"{path} is damaged ({error}): remove it, and its cases run again") from None
+        return rows
 
     def _table(self, cases: Sequence[PlannedCase], results: Sequence[CaseResult]) -> Any:
         arrow = self._arrow
