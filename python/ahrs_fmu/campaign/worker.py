@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import signal
-import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 
 from ahrs_fmu.campaign.clauses import limit_used, statement
 from ahrs_fmu.campaign.plan import PlannedCase
@@ -27,35 +25,8 @@ class Chunk:
     cases: Sequence[PlannedCase]
 
 
-class _Pool:
-    """Instances of a process: as many sets as it has run chunks at the same time."""
-
-    def __init__(self) -> None:
-        self._idle: list[tuple[Instances, tempfile.TemporaryDirectory[str]]] = []
-
-    @contextmanager
-    def borrowed(self) -> Iterator[Instances]:
-        """Give a set that nobody else uses meanwhile."""
-        # Appending to and taking from a list is one step for all threads.
-        try:
-            instances, folder = self._idle.pop()
-        except IndexError:
-            folder = tempfile.TemporaryDirectory(prefix="ahrs-fmu-", ignore_cleanup_errors=True)
-            instances = Instances(Path(folder.name))
-        try:
-            yield instances
-        finally:
-            self._idle.append((instances, folder))
-
-    def close(self) -> None:
-        """Free all instances."""
-        while self._idle:
-            instances, folder = self._idle.pop()
-            instances.close()
-            folder.cleanup()
-
-
-_POOL = _Pool()
+_IDLE: list[Instances] = []
+"""Components of this process: as many sets as it has run chunks at the same time."""
 
 
 def dask_setup(worker: object) -> None:  # noqa: ARG001
@@ -72,13 +43,21 @@ def run_chunk(chunk: Chunk) -> list[CaseResult]:
 @contextmanager
 def borrowed() -> Iterator[Instances]:
     """Give components of this process that nobody else uses meanwhile."""
-    with _POOL.borrowed() as instances:
+    # Taking from a list and appending to it are one step each for all threads.
+    try:
+        instances = _IDLE.pop()
+    except IndexError:
+        instances = Instances()
+    try:
         yield instances
+    finally:
+        _IDLE.append(instances)
 
 
 def close() -> None:
     """Free what chunks left open in this process."""
-    _POOL.close()
+    while _IDLE:
+        _IDLE.pop().close()
 
 
 def run_case(planned: PlannedCase, file: ScenarioFile, instances: Instances) -> CaseResult:

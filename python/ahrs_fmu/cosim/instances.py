@@ -70,8 +70,8 @@ class Instances:
     """
 
     def __init__(self, build: Path | None = None) -> None:
-        self._scratch = TemporaryDirectory(prefix="ahrs-fmu-") if build is None else None
-        self._build = Path(self._scratch.name) if self._scratch is not None else build or Path()
+        self._build = build
+        self._scratch: TemporaryDirectory[str] | None = None
         self._fmus: dict[Path, Fmu] = {}
         self._built: dict[tuple[str, str], Path] = {}
         self._used: dict[tuple[str, Path], FmuStepper] = {}
@@ -133,6 +133,8 @@ class Instances:
         self._used.clear()
         if self._scratch is not None:
             self._scratch.cleanup()
+            self._scratch = None
+            self._built.clear()
 
     def __enter__(self) -> Self:
         return self
@@ -144,8 +146,16 @@ class Instances:
 
     def _path(self, model: str, fmi: Fmi) -> Path:
         if (model, fmi) not in self._built:
-            self._built[model, fmi] = build_fmu(model, fmi=fmi, output=self._build)
+            self._built[model, fmi] = build_fmu(model, fmi=fmi, output=self._build_folder())
         return self._built[model, fmi]
+
+    def _build_folder(self) -> Path:
+        if self._build is not None:
+            return self._build
+        # Made when it is needed: most runs build nothing.
+        if self._scratch is None:
+            self._scratch = TemporaryDirectory(prefix="ahrs-fmu-")
+        return Path(self._scratch.name)
 
     def _instance(
         self, name: str, path: Path, parameters: Mapping[str, Any], common: Mapping[str, Any]
