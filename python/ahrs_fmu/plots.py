@@ -169,6 +169,20 @@ def save(figure: Figure, stem: Path) -> list[Path]:
     return [png, svg]
 
 
+def corner_note(panel: Axes, text: str) -> None:
+    """Write words into the upper right corner of a panel."""
+    panel.annotate(
+        text,
+        (1.0, 1.0),
+        xycoords="axes fraction",
+        xytext=(-3, -2),
+        textcoords="offset points",
+        ha="right",
+        va="top",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5},
+    )
+
+
 def _draw_angles(panels: Sequence[Axes], record: Record, q: FloatArray, label: str) -> None:
     time = record.time - record.time[0]
     estimate = np.degrees(quaternion.to_euler(q))
@@ -193,16 +207,7 @@ def _draw_errors(panels: Sequence[Axes], record: Record, error: AttitudeError) -
         panel.set_ylabel(f"{name}\nerror [deg]")
         # Room at the top keeps the number off the curve.
         panel.set_ylim(0.0, max(1.25 * float(np.nanmax(values)), 1e-3))
-        panel.annotate(
-            f"RMS {rms[name]:.2f}°",
-            (1.0, 1.0),
-            xycoords="axes fraction",
-            xytext=(-3, -2),
-            textcoords="offset points",
-            ha="right",
-            va="top",
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5},
-        )
+        corner_note(panel, f"RMS {rms[name]:.2f}°")
 
 
 def _shade(panel: Axes, record: Record) -> None:

@@ -17,6 +17,7 @@ from ahrs_fmu.cosim.core import CoreStepper
 from ahrs_fmu.cosim.system import System
 from ahrs_fmu.metrics import attitude_error
 from ahrs_fmu.trajectories import trapezoid
+from quadrotor_loop import CONNECTIONS, START_VALUES
 
 STEP = 0.004
 SECONDS = 60.0
@@ -80,26 +81,13 @@ def errors(
             "estimator": core(model, **options),
             "controller": core("attitude_controller", **start["controller"]),
         },
-        (
-            "quadrotor.q -> imu.q",
-            "quadrotor.rate -> imu.rate",
-            "quadrotor.specific_force -> imu.specific_force",
-            "quadrotor.rotor_speed -> imu.rotor_speed",
-            "imu.gyro -> estimator.gyro",
-            "imu.accel -> estimator.accel",
-            "imu.mag -> estimator.mag",
-            "imu.accel_valid -> estimator.accel_valid",
-            "imu.mag_valid -> estimator.mag_valid",
-            "estimator.q -> controller.q",
-            "estimator.rate -> controller.rate",
-            "controller.rotor_speed_command -> quadrotor.rotor_speed_command",
-        ),
+        CONNECTIONS,
         step=STEP,
         drives={
             "controller.q_ref": wanted_attitude,
             "controller.thrust": thrust_from_the_ground if from_ground else wanted_thrust,
         },
-        start_values=("quadrotor.wind", "controller.rate_ref", "controller.angular_acceleration_ref"),
+        start_values=START_VALUES,
     )
     flight = system.run(SECONDS, ("quadrotor.q", "estimator.q"))
     rms = attitude_error(flight["estimator.q"], flight["quadrotor.q"]).rms().degrees()

@@ -15,24 +15,10 @@ from ahrs_fmu.cosim.system import System
 from ahrs_fmu.cosim.taps import Memoryless
 from ahrs_fmu.errors import FmuError, ScenarioError, SimulationError
 from loop_fmus import LoopFmus
+from quadrotor_loop import CONNECTIONS, START_VALUES
 
 STEP = 0.004
-CONNECTIONS = (
-    "quadrotor.q -> imu.q",
-    "quadrotor.rate -> imu.rate",
-    "quadrotor.specific_force -> imu.specific_force",
-    "quadrotor.rotor_speed -> imu.rotor_speed",
-    "imu.gyro -> estimator.gyro",
-    "imu.accel -> estimator.accel",
-    "imu.mag -> estimator.mag",
-    "imu.accel_valid -> estimator.accel_valid",
-    "imu.mag_valid -> estimator.mag_valid",
-    "estimator.q -> controller.q",
-    "estimator.rate -> controller.rate",
-    "controller.rotor_speed_command -> quadrotor.rotor_speed_command",
-)
 DRIVES = {"controller.q_ref": [1.0, 0.0, 0.0, 0.0], "controller.thrust": 9.81}
-START_VALUES = ("quadrotor.wind", "controller.rate_ref", "controller.angular_acceleration_ref")
 MODELS = {"quadrotor": "quadrotor", "imu": "imu", "estimator": "gcf", "controller": "attitude_controller"}
 SIGNALS = ("quadrotor.q", "estimator.q", "quadrotor.position")
 

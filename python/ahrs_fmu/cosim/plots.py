@@ -18,7 +18,7 @@ from ahrs_fmu.cosim.recording import Recording
 from ahrs_fmu.cosim.running import Outcome
 from ahrs_fmu.cosim.scenario import Scenario
 from ahrs_fmu.cosim.stepper import Array
-from ahrs_fmu.plots import PAGE_WIDTH, STYLE, thinned, unwrapped_gaps
+from ahrs_fmu.plots import PAGE_WIDTH, STYLE, corner_note, thinned, unwrapped_gaps
 
 _ANGLES = ("roll", "pitch", "yaw")
 _LOOKS: tuple[dict[str, Any], ...] = (
@@ -144,16 +144,7 @@ def _annotate(panel: Axes, verdicts: Sequence[Verdict]) -> None:
     low, high = panel.get_ylim()
     # Room at the top keeps the words off the curve.
     panel.set_ylim(low, high + 0.25 * len(words) * (high - low))
-    panel.annotate(
-        "\n".join(words),
-        (1.0, 1.0),
-        xycoords="axes fraction",
-        xytext=(-3, -1),
-        textcoords="offset points",
-        ha="right",
-        va="top",
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
-    )
+    corner_note(panel, "\n".join(words))
 
 
 def _bounds(
