@@ -13,6 +13,7 @@ import typer
 from ahrs_fmu import campaign as campaigns
 from ahrs_fmu.campaign import Campaign, Progress, Results, requirements
 from ahrs_fmu.campaign.clauses import clauses
+from ahrs_fmu.campaign.store import Store
 from ahrs_fmu.commands import terminal
 
 EXAMPLES = """
@@ -81,8 +82,10 @@ def campaign(
             )
         except KeyboardInterrupt:
             bar.stop()
+            # What was stored last may not have been told any more.
+            stored = len(Store(folder).known(case.key for case in plan.cases))
             terminal.ERR.print(
-                f"interrupted: {seen.known + seen.done} of {seen.total} results are in {folder}; "
+                f"interrupted: {stored} of {seen.total} results are in {folder}; "
                 "the same command goes on from there"
             )
             raise
