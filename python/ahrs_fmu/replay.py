@@ -12,13 +12,11 @@ from ahrs_fmu.descriptors import Limit
 from ahrs_fmu.estimate import EstimateResult
 from ahrs_fmu.estimator import Estimator
 from ahrs_fmu.export.package import build_fmu
-from ahrs_fmu.export.variant import Fmi
+from ahrs_fmu.export.variant import FMI_VIA
 from ahrs_fmu.metrics import AttitudeError, attitude_error
 from ahrs_fmu.records import Record
 
 Via = Literal["c", "fmu2", "fmu3", "fmu3-scalar"]
-
-_FMI: Mapping[Via, Fmi] = {"fmu2": "2", "fmu3": "3", "fmu3-scalar": "3-scalar"}
 
 
 class Replay:
@@ -50,7 +48,7 @@ class Replay:
         self.descriptor = descriptors.load(model)
         self.parameters = dict(parameters)
         self.via = via
-        self._fmu = None if via == "c" else build_fmu(model, fmi=_FMI[via], output=build)
+        self._fmu = None if via == "c" else build_fmu(model, fmi=FMI_VIA[via], output=build)
 
     @property
     def label(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,13 +9,12 @@ from typing import Annotated
 
 import typer
 
-from ahrs_fmu import plots
 from ahrs_fmu.commands import terminal
 from ahrs_fmu.commands.numbers import write_json
 from ahrs_fmu.cosim import running, scenario
 from ahrs_fmu.cosim.expectations import Verdict
 from ahrs_fmu.cosim.instances import Instances, Via
-from ahrs_fmu.cosim.plots import run_figure
+from ahrs_fmu.cosim.plots import draw
 from ahrs_fmu.cosim.running import Outcome
 from ahrs_fmu.cosim.scenario import Case, ScenarioFile, changes_in_words
 from ahrs_fmu.cosim.ssp import write_ssp
@@ -81,11 +79,11 @@ def cosim(
             _print(file, outcome, in_full=len(runs) == 1 or not outcome.passed)
             if plot or show:
                 _draw(file, outcome, output, show)
-            if record is not None:
-                _write(outcome, record)
-            if ssp is not None:
-                _package(file, case, instances, ssp)
             results.append((file.name, outcome))
+        if record is not None:
+            _write(results[-1][1], record)
+        if ssp is not None:
+            _package(*runs[-1], instances, ssp)
     if len(runs) > 1:
         print_overview(results)
     write_json({"runs": [summary(name, outcome) for name, outcome in results]}, json)
@@ -206,14 +204,11 @@ def _cell(verdict: Verdict) -> str:
 
 
 def _draw(file: ScenarioFile, outcome: Outcome, output: Path, show: bool) -> None:
-    if len(outcome.recording) < 2:
-        return
-    stem = re.sub(r"[^\w.=-]+", "_", f"{file.name}-{outcome.case.label}")
-    figure = run_figure(outcome, f"{file.name}, {outcome.case.label}")
-    for picture in plots.save(figure, output / "cosim" / stem):
+    pictures = draw(outcome, file.name, output / "cosim")
+    for picture in pictures:
         terminal.OUT.print(f"plot: {picture}")
-    if show:
-        typer.launch(str(output / "cosim" / f"{stem}.png"))
+    if show and pictures:
+        typer.launch(str(pictures[0]))
 
 
 def _package(file: ScenarioFile, case: Case, instances: Instances, path: Path) -> None:

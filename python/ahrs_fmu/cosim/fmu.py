@@ -9,8 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 from zipfile import ZipFile
 
 import fmpy
@@ -20,6 +19,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ModelDescription, ModelVariable
 from numpy.typing import ArrayLike, NDArray
 
+from ahrs_fmu.cosim.closing import Closing
 from ahrs_fmu.cosim.stepper import Array, Port
 from ahrs_fmu.errors import FmuError, ParameterError, known_names
 from ahrs_fmu.records import Record
@@ -75,7 +75,7 @@ class _Variable:
         return Port(self.unit, self.shape, self.items, self.access == "Boolean")
 
 
-class Fmu:
+class Fmu(Closing):
     """A co-simulation FMU of version 2.0 or 3.0, unpacked as long as this object is open.
 
     Parameters
@@ -150,14 +150,6 @@ class Fmu:
             stepper.close()
         self._instances.clear()
         self._folder.cleanup()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 import msgspec
 
 from ahrs_fmu import descriptors
 from ahrs_fmu.component import describe
+from ahrs_fmu.cosim.closing import Closing
 from ahrs_fmu.cosim.core import CoreStepper
 from ahrs_fmu.cosim.fmu import Fmu, FmuStepper
 from ahrs_fmu.cosim.stepper import Stepper
@@ -19,7 +19,7 @@ from ahrs_fmu.cosim.user_class import ClassStepper, load_class_of
 from ahrs_fmu.descriptors import Descriptor
 from ahrs_fmu.errors import AhrsError, ScenarioError
 from ahrs_fmu.export.package import build_fmu
-from ahrs_fmu.export.variant import Fmi
+from ahrs_fmu.export.variant import FMI_VIA, Fmi
 from ahrs_fmu.trajectories import Data
 
 Via = Literal["c", "single", "numpy", "fmu2", "fmu3", "fmu3-scalar"]
@@ -27,8 +27,6 @@ Via = Literal["c", "single", "numpy", "fmu2", "fmu3", "fmu3-scalar"]
 
 SOURCES = ("model", "fmu", "class")
 """What a component can be made of, by the names in a file."""
-
-_FMI: Mapping[str, Fmi] = {"fmu2": "2", "fmu3": "3", "fmu3-scalar": "3-scalar"}
 
 
 class Component(Data, frozen=True, rename={"class_": "class"}):
@@ -60,7 +58,7 @@ class Component(Data, frozen=True, rename={"class_": "class"}):
             raise ValueError("a component has exactly one of model, fmu, class")
 
 
-class Instances:
+class Instances(Closing):
     """Makes the steppers of components, and keeps the FMUs open for the next run.
 
     Parameters
@@ -110,8 +108,8 @@ class Instances:
                 cls = load_class_of(folder, component.class_)
                 return ClassStepper(cls, _known(describe(cls), common) | dict(parameters))
             assert component.model is not None
-            if component.via in _FMI:
-                path = self._path(component.model, _FMI[component.via])
+            if component.via in FMI_VIA:
+                path = self._path(component.model, FMI_VIA[component.via])
                 return self._instance(name, path, parameters, common)
             descriptor = descriptors.load(component.model)
             return CoreStepper(
@@ -135,14 +133,6 @@ class Instances:
             self._scratch.cleanup()
             self._scratch = None
             self._built.clear()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _path(self, model: str, fmi: Fmi) -> Path:
         if (model, fmi) not in self._built:

@@ -90,7 +90,7 @@ def margins(
     direction : sequence of float
         Of the disturbance among the elements of the signal.
     frequencies : ndarray, shape (N,), optional
-        rad/s, ascending; by default 24 from 2 rad/s to 0.3 of half the sampling rate.
+        rad/s, ascending; by default 16 from 2 rad/s to 0.3 of half the sampling rate.
     amplitude : float, optional
         Of the disturbance along the direction, in the unit of the signal; by default 1 % of the signal's size
         at rest, or 0.01 where that is zero.

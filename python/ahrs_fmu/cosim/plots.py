@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +20,7 @@ from ahrs_fmu.cosim.recording import Recording
 from ahrs_fmu.cosim.running import Outcome
 from ahrs_fmu.cosim.scenario import Scenario
 from ahrs_fmu.cosim.stepper import Array
-from ahrs_fmu.plots import PAGE_WIDTH, STYLE, corner_note, thinned, unwrapped_gaps
+from ahrs_fmu.plots import PAGE_WIDTH, STYLE, corner_note, save, thinned, unwrapped_gaps
 
 _ANGLES = ("roll", "pitch", "yaw")
 _LOOKS: tuple[dict[str, Any], ...] = (
@@ -76,6 +78,14 @@ def run_figure(outcome: Outcome, title: str) -> Figure:
                 handles, names, loc="upper right", ncols=len(names), frameon=False, borderaxespad=0.2
             )
     return figure
+
+
+def draw(outcome: Outcome, name: str, folder: Path) -> list[Path]:
+    """Draw a run of the scenario `name` into a folder, as PNG and SVG; nothing of a run that never began."""
+    if len(outcome.recording) < 2:
+        return []
+    stem = re.sub(r"[^\w.=-]+", "_", f"{name}-{outcome.case.label}")
+    return save(run_figure(outcome, f"{name}, {outcome.case.label}"), folder / stem)
 
 
 def _attitudes(scenario: Scenario) -> list[str]:

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
-from ahrs_fmu import plots
 from ahrs_fmu.cosim import running, scenario
 from ahrs_fmu.cosim.fmu import FmuStepper, Value
 from ahrs_fmu.cosim.instances import Component, Instances, Via
-from ahrs_fmu.cosim.plots import run_figure
+from ahrs_fmu.cosim.plots import draw
 from ahrs_fmu.cosim.running import Outcome
 from ahrs_fmu.cosim.scenario import Case
 from ahrs_fmu.cosim.system import System
 from ahrs_fmu.errors import AhrsError, ScenarioError
+from ahrs_fmu.export.variant import FMI_VIA
 
-_VIA: Mapping[str, Via] = {"2": "fmu2", "3": "fmu3", "3-scalar": "fmu3-scalar"}
+_VIA: Mapping[str, Via] = {FMI_VIA[via]: via for via in get_args(Via) if via in FMI_VIA}
 
 
 class ExpectationError(AssertionError):
@@ -76,12 +75,8 @@ class CaseItem(pytest.Item):
         return self.path, 0, f"{self.path.name} {self.name}"
 
     def _draw(self, outcome: Outcome) -> Path | None:
-        if len(outcome.recording) < 2:
-            return None
         folder = self.config.rootpath / self.config.getoption("--cosim-output")
-        name = self.path.name.removesuffix(scenario.SUFFIX)
-        stem = re.sub(r"[^\w.=-]+", "_", f"{name}-{self._case.label}")
-        return plots.save(run_figure(outcome, f"{name}, {self._case.label}"), folder / stem)[0]
+        return next(iter(draw(outcome, self.path.name.removesuffix(scenario.SUFFIX), folder)), None)
 
 
 class Opener:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -75,10 +76,17 @@ def assemble(case: Case, instances: Instances, folder: Path) -> System:
     ScenarioError
         If the components do not fit together; the message names the file.
     """
-    try:
+    with _naming(case.file):
         return _assembled(case, instances, folder)
+
+
+@contextmanager
+def _naming(file: str) -> Iterator[None]:
+    """Put the name of the file before what is wrong with it."""
+    try:
+        yield
     except ScenarioError as error:
-        raise ScenarioError(f"{case.file}: {error}") from error
+        raise ScenarioError(f"{file}: {error}") from error
 
 
 def _assembled(case: Case, instances: Instances, folder: Path) -> System:
@@ -133,10 +141,8 @@ def run(
     ScenarioError
         If the scenario is wrong: nothing of it depends on what a component does.
     """
-    try:
+    with _naming(case.file):
         return _run(case, _assembled(case, instances, folder), progress)
-    except ScenarioError as error:
-        raise ScenarioError(f"{case.file}: {error}") from error
 
 
 def _run(case: Case, system: System, progress: Callable[[int], None] | None) -> Outcome:

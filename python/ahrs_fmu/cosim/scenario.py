@@ -41,7 +41,6 @@ _TEMPLATES = "templates"
 _LONGEST_VALUE = 24
 """Of a label, characters."""
 _JOINED = ("connections", "start_values", "record")
-_SOURCES = ("model", "fmu", "class")
 _NAME_OF_FILE_ONLY = ("template", "vary", "seeds")
 _NAMED: Mapping[str, Any] = {"components": Component, "faults": AnyFault, "signals": Derived}
 """Tables whose keys are names that a user gives."""
@@ -324,7 +323,7 @@ def _short(name: str, among: Mapping[str, object]) -> str:
 
 def _value_in_words(value: object) -> str:
     if isinstance(value, Mapping):
-        named = [str(value[key]) for key in _SOURCES if key in value]
+        named = [str(value[key]) for key in SOURCES if key in value]
         return ",".join(named or [f"{key}={_value_in_words(v)}" for key, v in value.items()])
     if isinstance(value, float):
         return f"{value:.6g}"

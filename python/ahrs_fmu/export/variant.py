@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -15,6 +16,9 @@ from ahrs_fmu.host_library import Precision
 
 Fmi = Literal["2", "3", "3-scalar"]
 Backend = Literal["c", "python"]
+
+FMI_VIA: Mapping[str, Fmi] = {"fmu2": "2", "fmu3": "3", "fmu3-scalar": "3-scalar"}
+"""FMI version of the FMU that computes, by the word for it where C code or numpy may compute as well."""
 
 
 @dataclass(frozen=True, slots=True)
